@@ -1,0 +1,33 @@
+//! Exact hidden-curve removal for free-form surfaces.
+//!
+//! The crate turns a [`Scene`](scene::Scene) of rational B-spline surfaces and a [`Camera`](view::Camera) into the
+//! visible strokes of a line drawing, without replacing the surfaces by polygons. The modules are the stages, in the
+//! order in which data passes through them; none knows anything of a later one.
+//!
+//! | module | gives |
+//! |---|---|
+//! | [`bernstein`] | polynomials in Bernstein form: arithmetic, bounds, roots, zero sets |
+//! | [`nurbs`] | checked knot vectors, curves and surfaces |
+//! | [`shape`] | exact planes, quadrics, tori, ruled surfaces, extrusions, solids of revolution |
+//! | [`scene`] | the surfaces of a model |
+//! | [`view`] | camera, and homogeneous Bézier patches with the eye at z = +∞ |
+//! | [`stitch`] | which boundaries coincide: free edges, creases, smooth seams |
+//! | [`extract`] | boundary, crease, silhouette and isoparametric curves |
+//! | [`arrange`] | the curves split where their visibility can change |
+//! | [`visibility`] | quantitative invisibility of every piece |
+//! | [`stroke`] | visible pieces flattened and chained |
+//!
+//! `no_std` with `alloc`. Feature `std` adds convenience, `parallel` spreads work over cores; neither changes a bit of
+//! the result.
+#![no_std]
+
+extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
+
+pub mod bernstein;
+pub mod nurbs;
+pub mod scene;
+pub mod shape;
+pub mod stroke;
+pub mod view;

@@ -1,0 +1,5 @@
+//! Rational B-spline surfaces.
+
+/// A rational B-spline surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {}

@@ -1,0 +1,11 @@
+//! The camera, and the scene as homogeneous Bézier patches seen along −z.
+//!
+//! A camera is a projective map that sends the eye to z = +∞. Rational surfaces are closed under such maps, so
+//! perspective is exact: the homogeneous control points are transformed once, and every later stage sees an
+//! orthographic scene in which *nearer* means *larger z*.
+
+mod camera;
+mod patch;
+
+pub use camera::{Camera, CameraError};
+pub use patch::{Jet, MAX_DEGREE, Patch};

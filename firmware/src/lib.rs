@@ -1,0 +1,2 @@
+//! Pen plotter firmware.
+#![no_std]

@@ -1,0 +1,49 @@
+//! A drawing: strokes on paper, in millimetres, in the order in which they are drawn.
+
+use glam::{DVec2, DVec3};
+use penvis_core::stroke::{Certainty, CurveKind};
+
+/// The sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Page {
+    /// Width in mm.
+    pub width_mm: f64,
+    /// Height in mm.
+    pub height_mm: f64,
+}
+
+/// One polyline on paper.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyline {
+    /// What the curve is.
+    pub kind: CurveKind,
+    /// Index of the surface in the model.
+    pub surface: usize,
+    /// Name of its layer.
+    pub layer: String,
+    /// Pen number, from 1.
+    pub pen: u32,
+    /// Whether it is drawn as visible ink.
+    pub visible: bool,
+    /// Quantitative invisibility: sheets in front of it.
+    pub qi: u32,
+    /// How its visibility was decided.
+    pub certainty: Certainty,
+    /// Vertices in model space; as many as `page`.
+    pub points: Vec<DVec3>,
+    /// Vertices on the paper in mm, y up, origin at the lower left. Two or more; closed when the last equals the first.
+    pub page: Vec<DVec2>,
+}
+
+/// What the pen is to draw.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing {
+    /// Name of the model.
+    pub name: String,
+    /// The sheet.
+    pub page: Page,
+    /// Isocurves a direction; 0 for none.
+    pub isos: u32,
+    /// In drawing order. Hidden ones are here only when they are wanted on the paper.
+    pub polylines: Vec<Polyline>,
+}

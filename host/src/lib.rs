@@ -1,0 +1,2 @@
+//! Reads models, computes drawings, writes them, and streams them to a plotter.
+pub mod drawing;

@@ -1,0 +1,2 @@
+//! The `penvis` command.
+fn main() {}
