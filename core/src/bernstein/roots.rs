@@ -1,8 +1,12 @@
-//! All roots of a polynomial on [0, 1], isolated by sign variations of the Bernstein coefficients.
+//! All roots of a polynomial on [0, 1], isolated by the signs of the Bernstein coefficients.
 //!
 //! Descartes' rule in Bernstein form: the number of sign variations exceeds the number of roots in (0, 1), counted with
 //! multiplicity, by an even number. No variation: no root; one: exactly one. Otherwise subdivide.
 //! Source: Lane and Riesenfeld 1981, *Bounds on a polynomial*, BIT 21.
+//!
+//! The rule alone is for exact coefficients: rounding turns a double root into two roots or none. Coefficients therefore
+//! come with a noise level. Where the polynomial stays within the noise it has no sign, and such an interval is one
+//! *cluster*: a multiple root, several close ones, or a near miss that nobody can tell from a root.
 
 use alloc::vec::Vec;
 
@@ -11,9 +15,9 @@ use super::Univariate;
 /// What is known of a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RootKind {
-    /// The polynomial changes sign here, exactly once in the isolating interval.
+    /// The polynomial is monotone here and changes sign, or it reaches zero at an end of [0, 1].
     Simple,
-    /// A cluster narrower than the resolution: a multiple root, several close ones, or a near miss.
+    /// A multiple root, several roots closer than the noise can separate, or a near miss within the noise.
     Cluster,
 }
 
@@ -26,74 +30,176 @@ pub struct Root {
     pub kind: RootKind,
 }
 
-/// Subdivision depth at which an interval (2⁻⁴⁰ wide) that still shows two or more sign variations is reported as a
-/// cluster: its width is then far below what the coefficients' rounding (some n² · 2⁻⁵³) lets a double root resolve.
-const MAX_DEPTH: u32 = 40;
+/// Bound on the recursion. On an interval 2⁻⁵⁴ wide no polynomial of a usable degree varies by more than its rounding,
+/// so the limit only stops subdivision from going on between neighbouring floats.
+const MAX_DEPTH: u32 = 54;
 
-/// Coefficients below this fraction of the largest are rounding of the products they came from, and count as zero.
-const RELATIVE_ZERO: f64 = 1e-14;
+/// Coefficients are taken to be right to this fraction of the largest: some 50 roundings of products and sums, what
+/// the polynomials of this crate (degree up to 26, products of three factors) have behind them.
+const RELATIVE_NOISE: f64 = 1e-14;
+
+/// What subdivision found, in order of t.
+enum Event {
+    /// One sign change in the interval; `end_noise` tells which of its end values lie within the noise.
+    Crossing { t: f64, interval: [f64; 2], end_noise: [bool; 2] },
+    /// The polynomial is monotone beside `t`, towards zero, and within the noise at `t`, which it does not pass;
+    /// `flat` where its slope at `t` is noise too.
+    Touch { t: f64, rising: bool, flat: bool },
+    /// Nothing but noise on the interval.
+    Noise { interval: [f64; 2] },
+}
+
+/// Neighbouring events that are one root.
+struct Group {
+    interval: [f64; 2],
+    crossing: Option<f64>,
+    /// Whether more than one simple root may be meant.
+    cluster: bool,
+    /// Direction of the polynomial at its touches.
+    rising: Option<bool>,
+    touches: u32,
+}
 
 impl Univariate {
-    /// Roots on [0, 1] in increasing order; none for a polynomial that vanishes identically (to rounding).
+    /// Roots on [0, 1] in increasing order; none for a polynomial that vanishes identically.
     ///
-    /// Simple roots are exact to a few units in the last place of the evaluation. Clusters (multiple roots) are
-    /// reported once, with [`RootKind::Cluster`]. Cost: O(n²) per subdivision, some 50 per close pair.
+    /// The coefficients are taken to be right to 10⁻¹⁴ of the largest. Simple roots are as exact as the evaluation
+    /// allows; clusters (multiple roots, near misses) are reported once, with [`RootKind::Cluster`]. Cost: O(n²) per
+    /// subdivision; well separated roots need a few each, a cluster some 50.
     #[must_use]
     pub fn roots(&self) -> Vec<Root> {
-        let mut found = Vec::new();
+        self.roots_above(self.magnitude() * RELATIVE_NOISE)
+    }
+
+    /// As [`roots`](Self::roots), with coefficients known to be right to ±`noise` only. Where no value exceeds the noise
+    /// there is a cluster; a polynomial with no coefficient beyond the noise has no roots to speak of, and none is given.
+    #[must_use]
+    pub fn roots_above(&self, noise: f64) -> Vec<Root> {
         let scale = self.magnitude();
-        if scale == 0.0 {
-            return found;
+        if !(scale > noise && scale.is_finite()) {
+            return Vec::new();
         }
-        let zero = scale * RELATIVE_ZERO;
+        let mut roots = Vec::new();
+        let mut group: Option<Group> = None;
+        for event in self.isolate(noise) {
+            let next = Group::of(event);
+            match &mut group {
+                Some(g) if g.joins(&next) => g.absorb(&next),
+                _ => {
+                    roots.extend(group.take().and_then(|g| g.root(self)));
+                    group = Some(next);
+                }
+            }
+        }
+        roots.extend(group.and_then(|g| g.root(self)));
+        roots
+    }
+
+    /// Subdivides until every interval is decided.
+    fn isolate(&self, noise: f64) -> Vec<Event> {
+        let mut events = Vec::new();
         let mut stack = Vec::new();
         stack.push((self.clone(), 0.0, 1.0, 0));
         while let Some((p, a, b, depth)) = stack.pop() {
             let c = p.coefficients();
-            // A root on the left end is reported by the interval that begins there; on the right end only at t = 1.
-            if c[0].abs() <= zero {
-                push(&mut found, a, RootKind::Simple);
+            let (first, last) = (c[0], c[c.len() - 1]);
+            let variations = variations(c);
+            if variations == 0 && c.iter().all(|x| x.abs() > noise) {
+                continue;
             }
-            match variations(c, zero) {
-                0 => {}
-                1 => push(&mut found, bracketed(&p, a, b), RootKind::Simple),
-                _ if depth >= MAX_DEPTH => push(&mut found, 0.5 * (a + b), RootKind::Cluster),
-                _ => {
-                    let m = 0.5 * (a + b);
-                    let (l, r) = p.split(0.5);
-                    // The right half waits on the stack, so that roots come out in order.
-                    stack.push((r, m, b, depth + 1));
-                    stack.push((l, a, m, depth + 1));
+            let monotone = is_monotone(c);
+            let end_noise = [first.abs() <= noise, last.abs() <= noise];
+            let opposite = (first < 0.0 && last > 0.0) || (first > 0.0 && last < 0.0);
+            if opposite && (monotone || (variations == 1 && end_noise == [false, false])) {
+                let t = a + bracketed(|t| p.eval(t), [0.0, 1.0], [first, last]) * (b - a);
+                events.push(Event::Crossing { t, interval: [a, b], end_noise });
+            } else if depth >= MAX_DEPTH || c.iter().all(|x| x.abs() <= noise) {
+                events.push(Event::Noise { interval: [a, b] });
+            } else if monotone {
+                // No sign change strictly inside; the smaller end may be zero.
+                let n = c.len() - 1;
+                let (t, value, beside) = if first.abs() <= last.abs() { (a, first, c[1]) } else { (b, last, c[n - 1]) };
+                if value.abs() <= noise {
+                    events.push(Event::Touch { t, rising: first < last, flat: beside.abs() <= noise });
                 }
-            }
-            if b == 1.0 && c[c.len() - 1].abs() <= zero {
-                push(&mut found, 1.0, RootKind::Simple);
+            } else {
+                let m = 0.5 * (a + b);
+                let (l, r) = p.split(0.5);
+                // The right half waits on the stack, so that events come out in order.
+                stack.push((r, m, b, depth + 1));
+                stack.push((l, a, m, depth + 1));
             }
         }
-        found
+        events
     }
 }
 
-/// Adds a root unless it is the one just found again from the neighbouring interval.
-fn push(found: &mut Vec<Root>, t: f64, kind: RootKind) {
-    const SAME: f64 = 1e-11;
-    match found.last_mut() {
-        Some(last) if (last.t - t).abs() < SAME => {
-            if kind == RootKind::Cluster {
-                last.kind = kind;
+impl Group {
+    fn of(event: Event) -> Self {
+        match event {
+            Event::Crossing { t, interval, end_noise } => {
+                // An end with a decided value parts the root from whatever lies beyond.
+                let a = if end_noise[0] { interval[0] } else { t };
+                let b = if end_noise[1] { interval[1] } else { t };
+                Self { interval: [a, b], crossing: Some(t), cluster: false, rising: None, touches: 0 }
             }
+            Event::Touch { t, rising, flat } => {
+                Self { interval: [t, t], crossing: None, cluster: flat, rising: Some(rising), touches: 1 }
+            }
+            Event::Noise { interval } => Self { interval, crossing: None, cluster: true, rising: None, touches: 0 },
         }
-        _ => found.push(Root { t, kind }),
+    }
+
+    /// Whether `next` begins where this group ends. Both numbers are then the same subdivision point, bit for bit.
+    fn joins(&self, next: &Self) -> bool {
+        self.interval[1] == next.interval[0]
+    }
+
+    fn absorb(&mut self, next: &Self) {
+        self.interval[1] = next.interval[1];
+        // Two crossings in one group are two roots that only noise separates; a rise that meets a fall is an extremum.
+        let two = self.crossing.is_some() && next.crossing.is_some();
+        let extremum = self.rising.is_some_and(|r| next.rising.is_some_and(|s| r != s));
+        self.cluster |= next.cluster || two || extremum;
+        self.crossing = self.crossing.or(next.crossing);
+        self.rising = next.rising.or(self.rising);
+        self.touches += next.touches;
+    }
+
+    /// The group as one root, if it is one.
+    fn root(&self, p: &Univariate) -> Option<Root> {
+        let [a, b] = self.interval;
+        if !self.cluster {
+            let t = self.crossing.unwrap_or(a);
+            // A touch from one side only is passed by the polynomial on the other; at an end of the domain there is no
+            // other side.
+            let is_root = self.crossing.is_some() || self.touches > 1 || a == 0.0 || a == 1.0;
+            return is_root.then_some(Root { t, kind: RootKind::Simple });
+        }
+        let (fa, fb) = (p.eval(a), p.eval(b));
+        let d = p.derivative();
+        let (da, db) = (d.eval(a), d.eval(b));
+        let t = if fa * fb < 0.0 {
+            bracketed(|t| p.eval(t), [a, b], [fa, fb])
+        } else if da * db < 0.0 {
+            // An even root: the extremum is far better conditioned than the value.
+            bracketed(|t| d.eval(t), [a, b], [da, db])
+        } else if fa.abs() <= fb.abs() {
+            a
+        } else {
+            b
+        };
+        Some(Root { t, kind: RootKind::Cluster })
     }
 }
 
-/// Sign variations of the coefficients, those within `zero` of nought left out.
-fn variations(c: &[f64], zero: f64) -> usize {
+/// Sign variations of the coefficients, zeros left out.
+fn variations(c: &[f64]) -> usize {
     let mut last = 0.0;
     let mut n = 0;
     for &x in c {
-        if x.abs() > zero {
-            if last * x < 0.0 {
+        if x != 0.0 {
+            if last != 0.0 && (last < 0.0) != (x < 0.0) {
                 n += 1;
             }
             last = x;
@@ -102,57 +208,47 @@ fn variations(c: &[f64], zero: f64) -> usize {
     n
 }
 
-/// The one root of `p` in (0, 1), mapped to [a, b]: regula falsi (Illinois) inside the bracket, bisection as safeguard.
-fn bracketed(p: &Univariate, a: f64, b: f64) -> f64 {
-    let (mut lo, mut hi) = (0.0_f64, 1.0_f64);
-    let (mut flo, mut fhi) = (p.coefficients()[0], p.coefficients()[p.degree()]);
-    if flo * fhi >= 0.0 {
-        // An end coefficient is zero to rounding: the interior sign is decided just inside.
-        let s = p.coefficients().iter().copied().find(|c| c.abs() > 0.0).unwrap_or(0.0);
-        let e = p.coefficients().iter().rev().copied().find(|c| c.abs() > 0.0).unwrap_or(0.0);
-        if flo == 0.0 || flo * s < 0.0 {
-            flo = s;
-        }
-        if fhi == 0.0 || fhi * e < 0.0 {
-            fhi = e;
-        }
-        if flo * fhi >= 0.0 {
-            // Sign variation lies wholly within rounding of an end.
-            return if p.coefficients()[0].abs() <= p.coefficients()[p.degree()].abs() { a } else { b };
-        }
-    }
+/// Whether the control polygon, and with it the polynomial, only rises or only falls, and does not stand still throughout.
+fn is_monotone(c: &[f64]) -> bool {
+    let rises = c.windows(2).all(|w| w[0] <= w[1]);
+    let falls = c.windows(2).all(|w| w[0] >= w[1]);
+    rises != falls
+}
+
+/// The zero of `f` between the ends of `x`, where it has the values `y` of opposite sign: regula falsi (Illinois) with
+/// bisection as safeguard, until no float lies between or the value is zero.
+fn bracketed(f: impl Fn(f64) -> f64, x: [f64; 2], y: [f64; 2]) -> f64 {
+    let ([mut lo, mut hi], [mut flo, mut fhi]) = (x, y);
+    // The Illinois weights make the secant overshoot; the true values choose the better end at last.
+    let (mut true_lo, mut true_hi) = (flo, fhi);
     let mut side = 0;
     for i in 0..200 {
-        if hi - lo <= 1e-16 * hi.abs().max(1e-3) {
+        let middle = 0.5 * (lo + hi);
+        if middle <= lo || middle >= hi {
             break;
         }
+        let secant = (lo * fhi - hi * flo) / (fhi - flo);
         // Every fourth step bisects, so that the bracket shrinks whatever the shape.
-        let t = if i % 4 == 3 { 0.5 * (lo + hi) } else { (lo * fhi - hi * flo) / (fhi - flo) };
-        if t <= lo || t >= hi {
-            break;
+        let t = if i % 4 == 3 || !(secant > lo && secant < hi) { middle } else { secant };
+        let value = f(t);
+        if value == 0.0 {
+            return t;
         }
-        let f = p.eval(t);
-        if f == 0.0 {
-            return a + t * (b - a);
-        }
-        if f * flo > 0.0 {
-            lo = t;
-            flo = f;
+        if (value < 0.0) == (flo < 0.0) {
+            (lo, flo, true_lo) = (t, value, value);
             if side == -1 {
                 fhi *= 0.5;
             }
             side = -1;
         } else {
-            hi = t;
-            fhi = f;
+            (hi, fhi, true_hi) = (t, value, value);
             if side == 1 {
                 flo *= 0.5;
             }
             side = 1;
         }
     }
-    let t = if flo.abs() < fhi.abs() { lo } else { hi };
-    a + t * (b - a)
+    if true_lo.abs() < true_hi.abs() { lo } else { hi }
 }
 
 #[cfg(test)]
@@ -171,14 +267,35 @@ mod tests {
         assert_eq!(got.len(), want.len(), "{got:?}");
         for (g, w) in got.iter().zip(want) {
             assert!((g.t - w).abs() < 1e-9, "{g:?} {w}");
+            assert_eq!(g.kind, RootKind::Simple);
         }
     }
 
     #[test]
-    fn a_double_root_is_one_cluster_or_one_root() {
-        let got = from_roots(&[0.3, 0.3, 0.8]).roots();
-        assert!(got.iter().any(|r| (r.t - 0.3).abs() < 1e-6), "{got:?}");
-        assert!(got.iter().any(|r| (r.t - 0.8).abs() < 1e-12), "{got:?}");
+    fn a_root_at_a_subdivision_point_is_one_simple_root() {
+        for want in [0.5, 0.25, 0.375] {
+            let got = from_roots(&[want, -0.3, 1.7]).roots();
+            assert_eq!(got, [Root { t: want, kind: RootKind::Simple }]);
+        }
+    }
+
+    #[test]
+    fn a_double_root_is_one_cluster() {
+        for double in [0.3, 0.5, 0.7123] {
+            let got = from_roots(&[double, double, 0.8]).roots();
+            assert_eq!(got.len(), 2, "{got:?}");
+            assert!((got[0].t - double).abs() < 1e-12 && got[0].kind == RootKind::Cluster, "{got:?}");
+            assert!((got[1].t - 0.8).abs() < 1e-12 && got[1].kind == RootKind::Simple, "{got:?}");
+        }
+    }
+
+    #[test]
+    fn multiple_roots_at_the_ends_are_reported_there() {
+        let got = from_roots(&[0.0, 0.0, 0.4, 1.0, 1.0, 1.0]).roots();
+        assert_eq!(got.len(), 3, "{got:?}");
+        assert_eq!(got[0], Root { t: 0.0, kind: RootKind::Cluster });
+        assert!((got[1].t - 0.4).abs() < 1e-12 && got[1].kind == RootKind::Simple, "{got:?}");
+        assert_eq!(got[2], Root { t: 1.0, kind: RootKind::Cluster });
     }
 
     #[test]
