@@ -1,2 +1,4 @@
 //! Reads models, computes drawings, writes them, and streams them to a plotter.
+pub mod command;
+pub mod device;
 pub mod drawing;

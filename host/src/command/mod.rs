@@ -1,0 +1,15 @@
+//! The subcommands: each has its arguments and a `run`.
+
+use std::io::{self, Write};
+
+pub mod devices;
+pub mod ports;
+
+/// Prints to standard output. A reader that has gone (`penvis devices | head`) has what it wanted: that is no error.
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
