@@ -2,3 +2,4 @@
 pub mod command;
 pub mod device;
 pub mod drawing;
+pub mod model;
