@@ -1,4 +1,5 @@
 //! Reads models, computes drawings, writes them, and streams them to a plotter.
+pub mod builtin;
 pub mod command;
 pub mod device;
 pub mod drawing;

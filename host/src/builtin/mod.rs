@@ -1,0 +1,91 @@
+//! Models that come with the program, by name.
+//!
+//! All are exact: data of record (the teapot), or formulas. Surfaces that meet share their boundary control points to
+//! the bit, so that stitching finds every seam and crease at any tolerance. Lengths have no unit.
+
+mod fields;
+mod spring;
+mod teapot;
+mod teapot_data;
+
+use glam::DVec4;
+use penvis_core::nurbs::{KnotVector, Surface};
+use penvis_core::scene::{Scene, SceneSurface};
+
+use crate::model::View;
+
+/// A built-in model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// Its surfaces.
+    pub scene: Scene,
+    /// Where it is seen from unless the user says otherwise.
+    pub view: View,
+}
+
+struct Entry {
+    name: &'static str,
+    description: &'static str,
+    /// `None` would mean that a constructor refused the formula's own numbers; the tests load every entry.
+    build: fn() -> Option<Vec<SceneSurface>>,
+    view: fn() -> View,
+}
+
+const MODELS: &[Entry] = &[
+    Entry {
+        name: "teapot",
+        description: "the Utah teapot: 32 bicubic Bézier patches (Newell 1975)",
+        build: teapot::surfaces,
+        view: teapot::view,
+    },
+    Entry {
+        name: "saddle",
+        description: "the hyperbolic paraboloid z = x² − y² as one bicubic patch",
+        build: fields::saddle,
+        view: fields::saddle_view,
+    },
+    Entry {
+        name: "wiggle",
+        description: "crossing waves as one bicubic B-spline height field",
+        build: fields::wiggle,
+        view: fields::wiggle_view,
+    },
+    Entry {
+        name: "discont",
+        description: "two wings in one surface, with a break of the tangent plane between them",
+        build: fields::discont,
+        view: fields::discont_view,
+    },
+    Entry {
+        name: "spring",
+        description: "a coil spring of 96 rational Bézier patches, after Ruan, Zhang and Yong 2006",
+        build: spring::surfaces,
+        view: spring::view,
+    },
+];
+
+/// Name and one-line description of every built-in model.
+pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
+    MODELS.iter().map(|entry| (entry.name, entry.description))
+}
+
+/// The model of that name, in any case; `None` if there is none.
+#[must_use]
+pub fn load(name: &str) -> Option<Model> {
+    let entry = MODELS.iter().find(|entry| entry.name.eq_ignore_ascii_case(name))?;
+    let surfaces = (entry.build)()?;
+    Some(Model { scene: Scene { name: entry.name.to_owned(), surfaces }, view: (entry.view)() })
+}
+
+fn part(name: impl Into<String>, surface: Surface) -> SceneSurface {
+    SceneSurface { name: name.into(), surface }
+}
+
+/// One Bézier patch on the unit square. `net[iu][iv]` are points (x, y, z, w), not multiplied by w.
+fn bezier<const NU: usize, const NV: usize>(net: [[DVec4; NV]; NU]) -> Option<Surface> {
+    let [ku, kv] = [NU, NV].map(|count| KnotVector::bezier(count - 1, [0.0, 1.0]));
+    Surface::new(ku.ok()?, kv.ok()?, net.into_iter().flatten().collect()).ok()
+}
+
+#[cfg(test)]
+mod tests;
