@@ -31,3 +31,4 @@ pub mod scene;
 pub mod shape;
 pub mod stroke;
 pub mod view;
+pub mod visibility;

@@ -8,4 +8,5 @@ mod camera;
 mod patch;
 
 pub use camera::{Camera, CameraError};
+pub(crate) use patch::net_jet;
 pub use patch::{Jet, MAX_DEGREE, Patch};

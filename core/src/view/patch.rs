@@ -90,19 +90,23 @@ impl Patch {
     /// Homogeneous position and its two local derivatives.
     #[must_use]
     pub fn homogeneous_jet(&self, s: f64, t: f64) -> [DVec4; 3] {
-        let (p, q) = (self.degree_u, self.degree_v);
-        let w = q + 1;
-        let mut row = [DVec4::ZERO; MAX_DEGREE + 1];
-        let mut values = [DVec4::ZERO; MAX_DEGREE + 1];
-        let mut slopes = [DVec4::ZERO; MAX_DEGREE + 1];
-        for i in 0..=p {
-            row[..w].copy_from_slice(&self.points[i * w..(i + 1) * w]);
-            (values[i], slopes[i]) = curve_jet(&mut row[..w], t);
-        }
-        let hv = curve_point(&mut slopes[..=p], s);
-        let (h, hu) = curve_jet(&mut values[..=p], s);
-        [h, hu, hv]
+        net_jet(&self.points, self.degree_u, self.degree_v, s, t)
     }
+}
+
+/// Value and derivatives at (s, t) of the tensor Bézier patch of bidegree (p, q) with the control points `points`.
+pub(crate) fn net_jet(points: &[DVec4], p: usize, q: usize, s: f64, t: f64) -> [DVec4; 3] {
+    let w = q + 1;
+    let mut row = [DVec4::ZERO; MAX_DEGREE + 1];
+    let mut values = [DVec4::ZERO; MAX_DEGREE + 1];
+    let mut slopes = [DVec4::ZERO; MAX_DEGREE + 1];
+    for i in 0..=p {
+        row[..w].copy_from_slice(&points[i * w..(i + 1) * w]);
+        (values[i], slopes[i]) = curve_jet(&mut row[..w], t);
+    }
+    let hv = curve_point(&mut slopes[..=p], s);
+    let (h, hu) = curve_jet(&mut values[..=p], s);
+    [h, hu, hv]
 }
 
 /// Value and derivative of the Bézier curve with control points `c` (overwritten) at `t`.

@@ -1,0 +1,20 @@
+//! Quantitative invisibility: how many sheets of surface lie strictly in front of a point.
+//!
+//! After the camera all sight lines are parallel to z, so the question is a point query on the screen with a depth.
+//! [`Occluders`] cuts the patches into cells, each proven to be met at most once by any sight line, and puts them into
+//! a bounding hierarchy; [`Occluders::query`] walks it. Most cells are answered by an affine enclosure of the root alone,
+//! without solving for it (in the spirit of lemma 5.1 of Elber and Cohen 1989, *Hidden curve removal for free form
+//! surfaces*); the rest by Newton's method under a certificate, and near folds by further subdivision.
+//!
+//! What a point lies on is excluded by identity, surface and parameters, never by an offset in depth.
+
+mod coverage;
+mod hierarchy;
+mod leaf;
+mod ray;
+
+pub use hierarchy::Occluders;
+pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
+
+#[cfg(test)]
+mod tests;
