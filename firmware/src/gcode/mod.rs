@@ -1,0 +1,11 @@
+//! G-code of the GRBL 1.1 dialect: one stripped line and the modal state in, the new modal state and what to do out.
+//!
+//! A line is checked as a whole before anything of it takes effect, so a refused line changes nothing.
+
+mod arc;
+mod interpret;
+mod modal;
+
+pub(crate) use arc::Arc;
+pub(crate) use interpret::{Actions, Flow, Path, Speed, interpret};
+pub(crate) use modal::{Distance, GcodeState, Motion, Plane, Spindle, Units};

@@ -1,0 +1,160 @@
+//! What the firmware needs of a board, and how to give it that with `embedded-hal` pins.
+
+use core::convert::Infallible;
+
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+
+use crate::axis::Axes;
+use crate::pen::{Pen, Servo};
+
+/// Settings that concern the wires.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Wiring {
+    /// Width of a step pulse, µs (`$0`).
+    pub pulse_us: u8,
+    /// Axes whose direction signal is inverted (`$3`).
+    pub invert_directions: Axes,
+    /// Motors are released after this many ms; 255: never (`$1`). The stepper minds it, not the hardware.
+    pub idle_delay_ms: u8,
+}
+
+/// Motors and pen. All calls come from [`crate::Stepper`], in the order in which things happen.
+pub trait Hardware {
+    /// The direction of all following steps: axes in `negative` go down, the others up. Logical, before `$3`. Called at the start of
+    /// each block, a whole step period before its first step.
+    fn set_directions(&mut self, negative: Axes);
+
+    /// One complete step pulse on each of `axes` (may be empty).
+    fn step(&mut self, axes: Axes);
+
+    /// The pen's new state. Called only while no step of what came before is outstanding.
+    fn set_pen(&mut self, pen: Pen);
+
+    /// Energises or releases the motors.
+    fn enable_motors(&mut self, on: bool) {
+        let _ = on;
+    }
+
+    /// New wiring settings, at the start and when `$0` or `$3` change.
+    fn configure(&mut self, wiring: Wiring) {
+        let _ = wiring;
+    }
+
+    /// The time of what is called next, µs since the start. For recorders; a board has no use for it.
+    fn set_time(&mut self, now: u64) {
+        let _ = now;
+    }
+}
+
+/// Step and direction signals of one axis.
+pub trait AxisDriver {
+    /// Sets the level of the direction signal.
+    fn set_direction(&mut self, high: bool);
+    /// Sets the level of the step signal.
+    fn set_step(&mut self, high: bool);
+}
+
+/// A step and a direction pin. Pins that can fail (port expanders) are too slow for this, so their error must be [`Infallible`].
+#[derive(Debug)]
+pub struct StepDirection<S, D> {
+    /// Step pin; a step is its rising edge.
+    pub step: S,
+    /// Direction pin.
+    pub direction: D,
+}
+
+impl<S: OutputPin<Error = Infallible>, D: OutputPin<Error = Infallible>> AxisDriver for StepDirection<S, D> {
+    fn set_direction(&mut self, high: bool) {
+        let Ok(()) = self.direction.set_state(high.into());
+    }
+
+    fn set_step(&mut self, high: bool) {
+        let Ok(()) = self.step.set_state(high.into());
+    }
+}
+
+/// An axis that the machine does not have.
+impl AxisDriver for () {
+    fn set_direction(&mut self, _: bool) {}
+    fn set_step(&mut self, _: bool) {}
+}
+
+/// [`Hardware`] over `embedded-hal` pins: three axes (`()` for one that is missing), an active-low enable pin, a PWM channel for the pen's servo, and a delay for the step pulse.
+///
+/// [`Hardware::step`] is busy for the width of the pulse (`$0`, 10 µs by default; 2 to 4 µs do for common drivers).
+#[derive(Debug)]
+pub struct Pins<X, Y, Z, E, P, D> {
+    /// X axis.
+    pub x: X,
+    /// Y axis.
+    pub y: Y,
+    /// Z axis.
+    pub z: Z,
+    /// Enable pin of the drivers: low energises.
+    pub enable: E,
+    /// PWM channel of the servo, set to the frame of `servo`.
+    pub pwm: P,
+    /// Delay for the pulse.
+    pub delay: D,
+    /// Pulse widths of the servo.
+    pub servo: Servo,
+    wiring: Wiring,
+}
+
+impl<X, Y, Z, E, P, D> Pins<X, Y, Z, E, P, D> {
+    /// Pins that are already outputs.
+    pub fn new(axes: (X, Y, Z), enable: E, pwm: P, delay: D, servo: Servo) -> Self {
+        let (x, y, z) = axes;
+        Self { x, y, z, enable, pwm, delay, servo, wiring: Wiring::default() }
+    }
+}
+
+impl<X, Y, Z, E, P, D> Hardware for Pins<X, Y, Z, E, P, D>
+where
+    X: AxisDriver,
+    Y: AxisDriver,
+    Z: AxisDriver,
+    E: OutputPin<Error = Infallible>,
+    P: SetDutyCycle<Error = Infallible>,
+    D: DelayNs,
+{
+    fn set_directions(&mut self, negative: Axes) {
+        let level = Axes::from_bits(negative.bits() ^ self.wiring.invert_directions.bits());
+        self.x.set_direction(level.contains(0));
+        self.y.set_direction(level.contains(1));
+        self.z.set_direction(level.contains(2));
+    }
+
+    fn step(&mut self, axes: Axes) {
+        for high in [true, false] {
+            if axes.contains(0) {
+                self.x.set_step(high);
+            }
+            if axes.contains(1) {
+                self.y.set_step(high);
+            }
+            if axes.contains(2) {
+                self.z.set_step(high);
+            }
+            if high {
+                self.delay.delay_us(u32::from(self.wiring.pulse_us));
+            }
+        }
+    }
+
+    fn set_pen(&mut self, pen: Pen) {
+        let frame = self.servo.frame_us.max(1);
+        let Ok(()) = self.pwm.set_duty_cycle_fraction(self.servo.pulse_us(pen).min(frame), frame);
+    }
+
+    fn enable_motors(&mut self, on: bool) {
+        let Ok(()) = self.enable.set_state((!on).into());
+    }
+
+    fn configure(&mut self, wiring: Wiring) {
+        self.wiring = wiring;
+    }
+}
