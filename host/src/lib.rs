@@ -3,4 +3,6 @@ pub mod builtin;
 pub mod command;
 pub mod device;
 pub mod drawing;
+pub mod emit;
 pub mod model;
+pub mod page;

@@ -1,5 +1,5 @@
 //! Models: surfaces and a view, from a file or built in.
 
-mod view;
+pub(crate) mod view;
 
 pub use view::{Projection, View};

@@ -1,0 +1,201 @@
+//! G-code for GRBL 1.1 and its kin.
+
+use glam::DVec2;
+
+use super::EmitError;
+use super::grid::{Run, runs};
+use super::number::{decimal, fixed};
+use crate::device::{Device, Gcode, Language, Pen};
+use crate::drawing::Drawing;
+
+/// Decimals of coordinates in mm. GRBL reports with three, and a step is coarser.
+const DECIMALS: usize = 3;
+
+/// The drawing as G-code: absolute mm, `G0` with the pen up, `G1` with it down, the pen's own lines between.
+///
+/// One command a line, ended by `\n`; printable ASCII without comments, and no line longer than the device takes. The
+/// program begins by raising the pen and ends with it raised at the machine's zero.
+///
+/// # Errors
+/// If the device speaks no G-code, does not reach some ink, or a line of its profile is too long or not plain ASCII.
+pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
+    let Language::Grbl(language) = &device.language else {
+        return Err(EmitError::Language {
+            device: device.name.clone(),
+            speaks: device.language.name(),
+            wanted: "G-code",
+        });
+    };
+    let place = device.place(drawing.page)?;
+    let unit = 10_f64.powi(-(DECIMALS as i32));
+    super::check_reach(drawing, device, &place, unit)?;
+    let mut writer = Writer { text: String::new(), device, language };
+    for line in &language.start {
+        writer.line(line)?;
+    }
+    writer.pen_up()?;
+    let mut pen = 1;
+    for run in runs(drawing, unit, |p: DVec2| place.to_machine(p)) {
+        if run.pen != pen {
+            pen = run.pen;
+            for line in &language.pen_change {
+                writer.line(&line.replace("{pen}", &pen.to_string()))?;
+            }
+        }
+        writer.run(&run)?;
+    }
+    writer.line("G0 X0 Y0")?;
+    for line in &language.end {
+        writer.line(line)?;
+    }
+    Ok(writer.text)
+}
+
+struct Writer<'a> {
+    text: String,
+    device: &'a Device,
+    language: &'a Gcode,
+}
+
+impl Writer<'_> {
+    fn line(&mut self, line: &str) -> Result<(), EmitError> {
+        let limit = self.language.line_limit;
+        // Bytes that are not printable ASCII may be real-time commands to the controller.
+        if line.len() > limit || !line.bytes().all(|b| (b' '..=b'~').contains(&b)) {
+            return Err(EmitError::Line { line: line.to_owned(), limit, device: self.device.name.clone() });
+        }
+        self.text.push_str(line);
+        self.text.push('\n');
+        Ok(())
+    }
+
+    fn pen_up(&mut self) -> Result<(), EmitError> {
+        match self.language.pen {
+            Pen::Servo { up, raise_s, .. } => {
+                self.line(&format!("M3 S{up}"))?;
+                self.line(&format!("G4 P{}", decimal(raise_s, 3)))
+            }
+            Pen::Z { up_mm, feed, .. } => self.line(&format!("G1 Z{} F{}", decimal(up_mm, 3), decimal(feed, 1))),
+        }
+    }
+
+    fn pen_down(&mut self) -> Result<(), EmitError> {
+        match self.language.pen {
+            Pen::Servo { down, lower_s, .. } => {
+                self.line(&format!("M3 S{down}"))?;
+                self.line(&format!("G4 P{}", decimal(lower_s, 3)))
+            }
+            Pen::Z { down_mm, feed, .. } => self.line(&format!("G1 Z{} F{}", decimal(down_mm, 3), decimal(feed, 1))),
+        }
+    }
+
+    fn run(&mut self, run: &Run) -> Result<(), EmitError> {
+        let Some((first, rest)) = run.points.split_first() else { return Ok(()) };
+        self.line(&format!("G0 {}", coordinates(*first)))?;
+        self.pen_down()?;
+        for (k, point) in rest.iter().enumerate() {
+            // The feed is modal; a pen on the Z axis has changed it.
+            let feed = if k == 0 { format!(" F{}", decimal(self.device.draw_feed, 1)) } else { String::new() };
+            self.line(&format!("G1 {}{feed}", coordinates(*point)))?;
+        }
+        self.pen_up()
+    }
+}
+
+fn coordinates([x, y]: [i64; 2]) -> String {
+    format!("X{} Y{}", fixed(x, DECIMALS), fixed(y, DECIMALS))
+}
+
+#[cfg(test)]
+mod tests {
+    use penvis_core::stroke::CurveKind::{Boundary, Iso};
+
+    use super::super::tests::{drawing, polyline};
+    use super::*;
+    use crate::device::{Origin, find};
+
+    #[test]
+    fn a_servo_draws_two_strokes_and_a_dot() {
+        let lines = vec![
+            polyline(Boundary, 1, &[[10.0, 20.0], [10.0004, 20.0], [30.5, 20.0], [30.5, 40.12345]]),
+            polyline(Iso, 1, &[[50.0, 50.0], [50.0001, 50.0]]),
+        ];
+        let text = gcode(&drawing(297.0, 210.0, lines), &find("grbl-servo").unwrap()).unwrap();
+        let expected = "\
+G21
+G90
+G17
+G94
+M3 S0
+G4 P0.15
+G0 X10 Y20
+M3 S1000
+G4 P0.2
+G1 X30.5 Y20 F2000
+G1 X30.5 Y40.123
+M3 S0
+G4 P0.15
+G0 X50 Y50
+M3 S1000
+G4 P0.2
+M3 S0
+G4 P0.15
+G0 X0 Y0
+M5
+";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn a_pen_on_z_at_the_upper_left_with_a_change_of_pens() {
+        let mut device = find("grbl-z").unwrap();
+        device.origin = Origin::UpperLeft;
+        let lines =
+            vec![polyline(Boundary, 1, &[[0.0, 90.0], [1.0, 90.0]]), polyline(Iso, 2, &[[1.0, 90.0], [2.0, 90.0]])];
+        let text = gcode(&drawing(100.0, 100.0, lines), &device).unwrap();
+        let expected = "\
+G21
+G90
+G17
+G94
+G1 Z3 F1000
+G0 X0 Y-10
+G1 Z0 F1000
+G1 X1 Y-10 F2000
+G1 Z3 F1000
+M0
+G0 X1 Y-10
+G1 Z0 F1000
+G1 X2 Y-10 F2000
+G1 Z3 F1000
+G0 X0 Y0
+";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn what_the_machine_cannot_do_is_refused() {
+        let one = |page: &[[f64; 2]]| drawing(297.0, 210.0, vec![polyline(Iso, 1, page)]);
+        let inside = one(&[[10.0, 10.0], [20.0, 10.0]]);
+        let mut device = find("grbl-servo").unwrap();
+        assert!(matches!(gcode(&one(&[[-1.0, 0.0], [0.0, 0.0]]), &device), Err(EmitError::Reach { .. })));
+        assert!(matches!(gcode(&one(&[[f64::NAN, 0.0], [0.0, 0.0]]), &device), Err(EmitError::Reach { .. })));
+        assert!(matches!(gcode(&inside, &find("hp7475a").unwrap()), Err(EmitError::Language { .. })));
+        let huge = drawing(9000.0, 210.0, Vec::new());
+        assert!(matches!(gcode(&huge, &device), Err(EmitError::Place(_))));
+        if let Language::Grbl(language) = &mut device.language {
+            language.end = vec!["x".repeat(80)];
+        }
+        assert!(matches!(gcode(&inside, &device), Err(EmitError::Line { .. })));
+        if let Language::Grbl(language) = &mut device.language {
+            language.end = vec!["M5 é".into()];
+        }
+        assert!(matches!(gcode(&inside, &device), Err(EmitError::Line { .. })));
+    }
+
+    #[test]
+    fn an_empty_drawing_only_raises_the_pen() {
+        let text = gcode(&drawing(100.0, 100.0, Vec::new()), &find("penvis").unwrap()).unwrap();
+        assert!(!text.contains("G1") && text.contains("M3 S0"));
+    }
+}

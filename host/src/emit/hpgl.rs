@@ -1,0 +1,119 @@
+//! HPGL for pen plotters.
+
+use std::fmt::Write as _;
+
+use glam::DVec2;
+
+use super::EmitError;
+use super::grid::runs;
+use crate::device::{Device, Language};
+use crate::drawing::Drawing;
+
+/// The drawing as HPGL: absolute coordinates in whole plotter units, `PU` to each start, then `PD` lists no longer than the
+/// device takes. Rounding to the unit comes before anything else. No line breaks; every instruction ends with `;`.
+///
+/// # Errors
+/// If the device speaks no HPGL, has no such sheet or too few pens, or does not reach some ink.
+pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
+    let Language::Hpgl(language) = &device.language else {
+        return Err(EmitError::Language {
+            device: device.name.clone(),
+            speaks: device.language.name(),
+            wanted: "HPGL",
+        });
+    };
+    let place = device.place(drawing.page)?;
+    super::check_reach(drawing, device, &place, language.unit_mm)?;
+    // Absolute coordinates are the default after IN; a start string of one's own may have said otherwise.
+    let mut text = format!("{}PA;", language.start);
+    let mut held = None;
+    for run in runs(drawing, language.unit_mm, |p: DVec2| place.to_machine(p)) {
+        if held != Some(run.pen) {
+            if run.pen > device.pens {
+                return Err(EmitError::Pen { pen: run.pen, device: device.name.clone(), pens: device.pens });
+            }
+            text.push_str(&language.pen_change.replace("{pen}", &run.pen.to_string()));
+            held = Some(run.pen);
+        }
+        let [x, y] = run.points[0];
+        // Writing to a string cannot fail.
+        let _ = write!(text, "PU{x},{y};");
+        // A dot is the pen put down where it is.
+        let rest = if run.points.len() > 1 { &run.points[1..] } else { &run.points[..] };
+        for list in rest.chunks(language.list_points.max(1)) {
+            let list: Vec<_> = list.iter().map(|[x, y]| format!("{x},{y}")).collect();
+            let _ = write!(text, "PD{};", list.join(","));
+        }
+    }
+    text.push_str(&language.end);
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use penvis_core::stroke::CurveKind::Iso;
+
+    use super::super::tests::{drawing, polyline};
+    use super::*;
+    use crate::device::find;
+
+    /// Ends in HPGL units on A3 of a Roland: 40 a millimetre, zero in the corner.
+    fn dxy(list_points: usize, lines: &[(u32, &[[f64; 2]])]) -> String {
+        let mut device = find("dxy1100").unwrap();
+        if let Language::Hpgl(language) = &mut device.language {
+            language.list_points = list_points;
+        }
+        let lines = lines.iter().map(|(pen, page)| polyline(Iso, *pen, page)).collect();
+        hpgl(&drawing(420.0, 297.0, lines), &device).unwrap()
+    }
+
+    #[test]
+    fn strokes_become_exact_strings() {
+        type Case = (&'static str, usize, &'static [(u32, &'static [[f64; 2]])], &'static str);
+        let table: &[Case] = &[
+            ("nothing", 9, &[], "IN;PA;PU;SP0;"),
+            ("a line", 9, &[(1, &[[1.0, 2.0], [3.0, 2.0]])], "IN;PA;PU;SP1;PU40,80;PD120,80;PU;SP0;"),
+            ("rounding", 9, &[(1, &[[0.012, 0.0], [0.013, 0.99]])], "IN;PA;PU;SP1;PU0,0;PD1,40;PU;SP0;"),
+            ("a dot", 9, &[(1, &[[1.0, 1.0], [1.001, 1.0]])], "IN;PA;PU;SP1;PU40,40;PD40,40;PU;SP0;"),
+            (
+                "a list too long",
+                2,
+                &[(1, &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])],
+                "IN;PA;PU;SP1;PU0,0;PD40,0,80,0;PD120,0;PU;SP0;",
+            ),
+            (
+                "strokes that meet are one",
+                9,
+                &[(1, &[[0.0, 0.0], [1.0, 0.0]]), (1, &[[1.01, 0.0], [1.0, 1.0]])],
+                "IN;PA;PU;SP1;PU0,0;PD40,0,40,40;PU;SP0;",
+            ),
+            (
+                "two pens",
+                9,
+                &[(1, &[[0.0, 0.0], [1.0, 0.0]]), (2, &[[1.0, 0.0], [1.0, 1.0]])],
+                "IN;PA;PU;SP1;PU0,0;PD40,0;PU;SP2;PU40,0;PD40,40;PU;SP0;",
+            ),
+        ];
+        for (name, list_points, lines, expected) in table {
+            assert_eq!(dxy(*list_points, lines), *expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn an_upright_page_is_turned_on_the_sheet() {
+        let lines = vec![polyline(Iso, 1, &[[0.0, 420.0], [0.0, 410.0]])];
+        let text = hpgl(&drawing(297.0, 420.0, lines), &find("dxy1100").unwrap()).unwrap();
+        assert_eq!(text, "IN;PA;PU;SP1;PU0,0;PD400,0;PU;SP0;");
+    }
+
+    #[test]
+    fn what_the_plotter_cannot_do_is_refused() {
+        let hp = find("hp7475a").unwrap();
+        let on = |pen, x: f64| drawing(297.0, 210.0, vec![polyline(Iso, pen, &[[x, 100.0], [100.0, 100.0]])]);
+        assert!(hpgl(&on(6, 11.0), &hp).is_ok());
+        assert!(matches!(hpgl(&on(7, 11.0), &hp), Err(EmitError::Pen { .. })));
+        assert!(matches!(hpgl(&on(1, 9.0), &hp), Err(EmitError::Reach { .. })));
+        assert!(matches!(hpgl(&on(1, 11.0), &find("penvis").unwrap()), Err(EmitError::Language { .. })));
+        assert!(matches!(hpgl(&drawing(10.0, 10.0, Vec::new()), &hp), Err(EmitError::Place(_))));
+    }
+}

@@ -1,0 +1,88 @@
+//! A picture of the inked paper.
+
+use tiny_skia::{Color, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform};
+
+use super::EmitError;
+use super::svg::ink;
+use crate::drawing::Drawing;
+
+/// Dots an inch, unless the sheet is so large that its longer side is held to [`LONGEST_PX`].
+pub const DPI: f64 = 300.0;
+
+/// Longest side of a picture in pixels; 8000 by 8000 take 256 MB while drawing.
+const LONGEST_PX: f64 = 8000.0;
+
+/// White of drawing paper.
+const PAPER: [u8; 3] = [252, 250, 245];
+
+/// The drawing as PNG: ink of `pen_width_mm` on paper, antialiased, at [`DPI`]. A pen thinner than a pixel keeps its share
+/// of it.
+///
+/// # Errors
+/// If the page is too narrow for a pixel.
+pub fn png(drawing: &Drawing, pen_width_mm: f64) -> Result<Vec<u8>, EmitError> {
+    let page = drawing.page;
+    let error = || EmitError::Picture { width_mm: page.width_mm, height_mm: page.height_mm };
+    let scale = (DPI / 25.4).min(LONGEST_PX / page.width_mm.max(page.height_mm));
+    // A cast saturates; a side of no pixels is refused by the pixmap.
+    let pixels = |mm: f64| (mm * scale).round() as u32;
+    let mut picture = Pixmap::new(pixels(page.width_mm), pixels(page.height_mm)).ok_or_else(error)?;
+    let [r, g, b] = PAPER;
+    picture.fill(Color::from_rgba8(r, g, b, 255));
+    let stroke = Stroke {
+        width: (pen_width_mm * scale) as f32,
+        line_cap: LineCap::Round,
+        line_join: LineJoin::Round,
+        ..Stroke::default()
+    };
+    for polyline in &drawing.polylines {
+        let mut path = PathBuilder::new();
+        for (k, p) in polyline.page.iter().enumerate() {
+            let (x, y) = ((p.x * scale) as f32, ((page.height_mm - p.y) * scale) as f32);
+            if k == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        }
+        // No path comes of points that are not finite: there is no ink for them.
+        let Some(path) = path.finish() else { continue };
+        let mut paint = Paint::default();
+        let [r, g, b] = ink(polyline.pen);
+        paint.set_color_rgba8(r, g, b, 255);
+        picture.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    }
+    picture.encode_png().map_err(|_| error())
+}
+
+#[cfg(test)]
+mod tests {
+    use penvis_core::stroke::CurveKind::Iso;
+
+    use super::super::tests::{drawing, polyline};
+    use super::*;
+
+    #[test]
+    fn ink_is_where_the_pen_was() {
+        // 25.4 mm are 300 pixels.
+        let lines = vec![polyline(Iso, 1, &[[5.0, 12.7], [20.0, 12.7]])];
+        let bytes = png(&drawing(25.4, 50.8, lines), 1.0).unwrap();
+        let picture = Pixmap::decode_png(&bytes).unwrap();
+        assert_eq!((picture.width(), picture.height()), (300, 600));
+        let grey = |x, y| picture.pixel(x, y).unwrap().green();
+        assert_eq!(grey(150, 450), 0);
+        assert_eq!(grey(150, 150), PAPER[1]);
+        // Half a millimetre on both sides, and a round end.
+        assert_eq!((grey(150, 445), grey(150, 455), grey(150, 458)), (0, 0, PAPER[1]));
+        assert_eq!((grey(55, 450), grey(50, 450)), (0, PAPER[1]));
+    }
+
+    #[test]
+    fn large_sheets_are_coarser_and_odd_ones_refused() {
+        let large = png(&drawing(10_000.0, 10.0, Vec::new()), 0.3).unwrap();
+        assert_eq!(Pixmap::decode_png(&large).unwrap().width(), 8000);
+        assert!(matches!(png(&drawing(10_000.0, 0.1, Vec::new()), 0.3), Err(EmitError::Picture { .. })));
+    }
+
+    #[test]
+    fn points_that_are_not_finite_leave_no_ink() {
+        let lines = vec![polyline(Iso, 1, &[[f64::NAN, 1.0], [f64::INFINITY, 2.0]])];
+        assert!(png(&drawing(10.0, 10.0, lines), 0.3).is_ok());
+    }
+}

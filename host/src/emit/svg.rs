@@ -1,0 +1,122 @@
+//! SVG in millimetres, with the layers that Inkscape shows and vpype reads.
+
+use std::fmt::Write as _;
+
+use super::number::decimal;
+use crate::drawing::{Drawing, Polyline};
+
+/// Decimals of coordinates in mm.
+const DECIMALS: usize = 3;
+
+/// Ink of the pens 1, 2, …; more pens begin again.
+pub(super) const INKS: [[u8; 3]; 6] =
+    [[0, 0, 0], [200, 40, 40], [30, 80, 180], [30, 130, 60], [200, 120, 20], [120, 50, 150]];
+
+/// Ink of a pen.
+pub(super) fn ink(pen: u32) -> [u8; 3] {
+    INKS[pen.saturating_sub(1) as usize % INKS.len()]
+}
+
+/// The drawing as SVG: user units are mm, one group for each layer and pen in order of first appearance, one path for each
+/// polyline, round ends, strokes of `pen_width_mm`.
+#[must_use]
+pub fn svg(drawing: &Drawing, pen_width_mm: f64) -> String {
+    let (width, height) = (decimal(drawing.page.width_mm, 4), decimal(drawing.page.height_mm, 4));
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" \
+         width=\"{width}mm\" height=\"{height}mm\" viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n",
+        escape(&drawing.name)
+    );
+    for (k, (layer, pen)) in groups(drawing).into_iter().enumerate() {
+        let [r, g, b] = ink(pen);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "<g inkscape:groupmode=\"layer\" inkscape:label=\"{}\" id=\"layer{}\" fill=\"none\" \
+             stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">",
+            escape(layer),
+            k + 1,
+            decimal(pen_width_mm, 4)
+        );
+        for polyline in drawing.polylines.iter().filter(|p| p.layer == layer && p.pen == pen) {
+            path(&mut text, polyline, drawing.page.height_mm);
+        }
+        text.push_str("</g>\n");
+    }
+    text.push_str("</svg>\n");
+    text
+}
+
+fn groups(drawing: &Drawing) -> Vec<(&str, u32)> {
+    let mut groups = Vec::new();
+    for polyline in &drawing.polylines {
+        let group = (polyline.layer.as_str(), polyline.pen);
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
+    groups
+}
+
+fn path(text: &mut String, polyline: &Polyline, height_mm: f64) {
+    text.push_str("<path d=\"");
+    for (k, p) in polyline.page.iter().enumerate() {
+        let command = match k {
+            0 => "M",
+            1 => "L",
+            _ => " ",
+        };
+        let _ = write!(text, "{command}{},{}", decimal(p.x, DECIMALS), decimal(height_mm - p.y, DECIMALS));
+    }
+    text.push_str("\"/>\n");
+}
+
+/// Text that XML takes as it is meant; characters that XML 1.0 forbids become spaces.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\u{fffe}' | '\u{ffff}' => out.push(' '),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use penvis_core::stroke::CurveKind::{Boundary, Iso};
+
+    use super::super::tests::{drawing, polyline};
+    use super::*;
+
+    #[test]
+    fn layers_are_groups_and_y_points_down() {
+        let lines = vec![
+            polyline(Boundary, 1, &[[0.0, 0.0], [10.0, 0.0], [10.0, 20.12345]]),
+            polyline(Iso, 2, &[[1.0, 1.0], [2.0, 2.0]]),
+            polyline(Boundary, 1, &[[5.0, 50.0], [5.5, 50.0]]),
+        ];
+        let mut drawing = drawing(100.0, 50.0, lines);
+        drawing.name = "a<b & \"c\"\u{1}".into();
+        let expected = r##"<?xml version="1.0" encoding="UTF-8"?>
+<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" width="100mm" height="50mm" viewBox="0 0 100 50">
+<title>a&lt;b &amp; &quot;c&quot; </title>
+<g inkscape:groupmode="layer" inkscape:label="boundary" id="layer1" fill="none" stroke="#000000" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
+<path d="M0,50L10,50 10,29.877"/>
+<path d="M5,0L5.5,0"/>
+</g>
+<g inkscape:groupmode="layer" inkscape:label="iso" id="layer2" fill="none" stroke="#c82828" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
+<path d="M1,49L2,48"/>
+</g>
+</svg>
+"##;
+        assert_eq!(svg(&drawing, 0.3), expected);
+    }
+}

@@ -1,0 +1,106 @@
+//! From the screen to the paper: scale, place, dash and order the strokes.
+
+mod dash;
+mod layout;
+mod order;
+mod sheet;
+
+pub use dash::{DashPattern, dash};
+pub use layout::{Layout, LayoutError};
+pub use order::order;
+pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
+
+use penvis_core::stroke::Stroke;
+
+use crate::drawing::{Page, Polyline};
+
+/// Layer of everything that is hidden.
+pub const HIDDEN_LAYER: &str = "hidden";
+
+/// What becomes of strokes that have something in front of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Hidden {
+    /// Left out.
+    #[default]
+    Omit,
+    /// Drawn in dashes with the same pen.
+    Dashed(DashPattern),
+    /// Drawn in full, as a layer of its own and with pen 2.
+    Layer,
+}
+
+/// Puts strokes on the paper, dashes or drops the hidden ones, and orders them for drawing.
+///
+/// The layer is the name of the kind, or `hidden`. Cost: O(n log n) in the strokes for anything but clustered ends.
+#[must_use]
+pub fn lay_out(strokes: &[Stroke], layout: &Layout, hidden: Hidden) -> Vec<Polyline> {
+    let mut polylines = Vec::with_capacity(strokes.len());
+    for stroke in strokes.iter().filter(|stroke| stroke.points.len() >= 2) {
+        let visible = stroke.qi == 0;
+        if visible {
+            polylines.push(polyline(stroke, layout, stroke.kind.name(), 1));
+            continue;
+        }
+        match hidden {
+            Hidden::Omit => {}
+            Hidden::Dashed(pattern) => dash(&polyline(stroke, layout, HIDDEN_LAYER, 1), pattern, &mut polylines),
+            Hidden::Layer => polylines.push(polyline(stroke, layout, HIDDEN_LAYER, 2)),
+        }
+    }
+    order(polylines)
+}
+
+fn polyline(stroke: &Stroke, layout: &Layout, layer: &str, pen: u32) -> Polyline {
+    Polyline {
+        kind: stroke.kind,
+        surface: stroke.surface,
+        layer: layer.to_owned(),
+        pen,
+        visible: stroke.qi == 0,
+        qi: stroke.qi,
+        certainty: stroke.certainty,
+        points: stroke.points.iter().map(|p| p.model).collect(),
+        page: stroke.points.iter().map(|p| layout.to_page(p.screen)).collect(),
+    }
+}
+
+/// The upright rectangle inside the margins.
+#[must_use]
+fn inside(page: Page, margin_mm: f64) -> glam::DVec2 {
+    glam::DVec2::new(page.width_mm, page.height_mm) - 2.0 * margin_mm
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+    use penvis_core::stroke::{Certainty, CurveKind, StrokePoint};
+
+    use super::*;
+
+    fn stroke(kind: CurveKind, qi: u32, ends: [[f64; 2]; 2]) -> Stroke {
+        let point = |p: [f64; 2]| StrokePoint { screen: p.into(), model: DVec3::new(p[0], p[1], 7.0) };
+        Stroke { kind, surface: 3, qi, certainty: Certainty::Proven, points: ends.map(point).to_vec() }
+    }
+
+    #[test]
+    fn hidden_strokes_are_dropped_dashed_or_put_on_a_layer() {
+        let page = Page { width_mm: 120.0, height_mm: 120.0 };
+        let layout = Layout::fit([DVec2::ZERO, DVec2::ONE], page, 10.0).unwrap();
+        let strokes = [
+            stroke(CurveKind::Boundary, 0, [[0.0, 0.0], [1.0, 0.0]]),
+            stroke(CurveKind::Iso, 2, [[0.0, 1.0], [1.0, 1.0]]),
+        ];
+        let omitted = lay_out(&strokes, &layout, Hidden::Omit);
+        assert_eq!(omitted.len(), 1);
+        assert_eq!(omitted[0].page, [DVec2::new(10.0, 10.0), DVec2::new(110.0, 10.0)]);
+        assert_eq!((omitted[0].layer.as_str(), omitted[0].pen, omitted[0].surface), ("boundary", 1, 3));
+
+        let layered = lay_out(&strokes, &layout, Hidden::Layer);
+        assert_eq!(layered.len(), 2);
+        assert_eq!((layered[1].layer.as_str(), layered[1].pen, layered[1].visible), ("hidden", 2, false));
+
+        let dashed = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()));
+        let hidden: Vec<_> = dashed.iter().filter(|p| !p.visible).collect();
+        assert!(hidden.len() > 10 && hidden.iter().all(|p| p.qi == 2 && p.pen == 1 && p.layer == "hidden"));
+    }
+}
