@@ -26,6 +26,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod bernstein;
+pub mod extract;
 pub mod nurbs;
 pub mod scene;
 pub mod shape;
