@@ -37,6 +37,15 @@ impl Curve {
         Ok(Self { knots, points })
     }
 
+    /// As [`new`](Self::new), of control points that are homogeneous already: (x·w, y·w, z·w, w).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn from_homogeneous(knots: KnotVector, points: Vec<DVec4>) -> Result<Self, NurbsError> {
+        check_homogeneous(&points, knots.control_count())?;
+        Ok(Self { knots, points })
+    }
+
     /// The knot vector.
     #[must_use]
     pub fn knots(&self) -> &KnotVector {
@@ -152,7 +161,23 @@ impl Curve {
         Ok(Self { knots: self.knots.clone(), points: mapped(&self.points, map)? })
     }
 
-    pub(super) fn from_homogeneous(knots: KnotVector, points: Vec<DVec4>) -> Self {
+    /// The two curves on the same domain with the same degree and knots, clamped, so that their control points
+    /// correspond. The domain is that of `self`, to which the other is stretched affinely; a knot of the other that then
+    /// misses one of `self` by no more than the rounding of the stretch is taken to be the same.
+    ///
+    /// # Errors
+    /// If knots of the other curve are so close that they fall together when stretched.
+    pub fn compatible(&self, other: &Self) -> Result<(Self, Self), NurbsError> {
+        let degree = self.degree().max(other.degree());
+        let (mut a, mut b) = (self.strip().clamped().raised(degree), other.strip().clamped().raised(degree));
+        b.knots = b.knots.stretched(a.knots.domain())?.snapped_to(&a.knots)?;
+        let (of_a, of_b) = (a.knots.clone(), b.knots.clone());
+        a.unite(&of_b);
+        b.unite(&of_a);
+        Ok((a.into(), b.into()))
+    }
+
+    pub(super) fn trusted(knots: KnotVector, points: Vec<DVec4>) -> Self {
         Self { knots, points }
     }
 
@@ -183,6 +208,22 @@ pub(super) fn premultiplied(mut points: Vec<DVec4>, expected: usize) -> Result<V
         }
     }
     Ok(points)
+}
+
+/// Checks control points (x·w, y·w, z·w, w).
+pub(super) fn check_homogeneous(points: &[DVec4], expected: usize) -> Result<(), NurbsError> {
+    if points.len() != expected {
+        return Err(NurbsError::PointCount { count: points.len(), expected });
+    }
+    for (index, p) in points.iter().enumerate() {
+        if !(p.w > 0.0 && p.w.is_finite()) {
+            return Err(NurbsError::Weight { index, weight: p.w });
+        }
+        if !p.is_finite() {
+            return Err(NurbsError::PointNotFinite { index });
+        }
+    }
+    Ok(())
 }
 
 /// Homogeneous control points under a projective map.

@@ -175,6 +175,16 @@ impl KnotVector {
         Self::new(self.knots.iter().map(|&t| map(t)).collect(), self.degree)
     }
 
+    /// The vector with each knot that misses one of `other` by rounding only moved onto it.
+    pub(super) fn snapped_to(&self, other: &Self) -> Result<Self, NurbsError> {
+        let [start, end] = self.domain();
+        // A stretch rounds four times, each by half an ulp of numbers no larger than this.
+        let rounding = 2.0 * f64::EPSILON * start.abs().max(end.abs()).max(end - start);
+        let targets = other.breaks();
+        let snap = |t: f64| targets.iter().copied().find(|k| (k - t).abs() <= rounding).unwrap_or(t);
+        Self::new(self.knots.iter().map(|&t| snap(t)).collect(), self.degree)
+    }
+
     /// `Ok` if `t` is strictly inside the domain.
     pub(super) fn check_inside(&self, t: f64) -> Result<(), NurbsError> {
         let [start, end] = self.domain();

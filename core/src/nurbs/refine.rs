@@ -54,6 +54,14 @@ impl Strip {
         }
     }
 
+    /// Inserts what `other`, on the same domain, has more of.
+    pub(super) fn unite(&mut self, other: &KnotVector) {
+        let breaks = other.breaks();
+        for &t in breaks.iter().skip(1).take(breaks.len().saturating_sub(2)) {
+            self.raise(t, other.multiplicity(t));
+        }
+    }
+
     /// Full multiplicity at both ends of the domain; nothing beyond.
     pub(super) fn clamped(mut self) -> Self {
         let p = self.knots.degree();

@@ -5,7 +5,7 @@ use core::array;
 
 use glam::{DMat4, DVec3, DVec4};
 
-use super::curve::{check_degree, check_insertion, mapped, premultiplied};
+use super::curve::{check_degree, check_homogeneous, check_insertion, mapped, premultiplied};
 use super::de_boor::{self, Scratch, gather};
 use super::refine::Strip;
 use super::{Curve, KnotVector, NurbsError};
@@ -55,18 +55,7 @@ impl Surface {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn from_homogeneous(knots_u: KnotVector, knots_v: KnotVector, points: Vec<DVec4>) -> Result<Self, NurbsError> {
-        let expected = knots_u.control_count() * knots_v.control_count();
-        if points.len() != expected {
-            return Err(NurbsError::PointCount { count: points.len(), expected });
-        }
-        for (index, p) in points.iter().enumerate() {
-            if !(p.w > 0.0 && p.w.is_finite()) {
-                return Err(NurbsError::Weight { index, weight: p.w });
-            }
-            if !p.is_finite() {
-                return Err(NurbsError::PointNotFinite { index });
-            }
-        }
+        check_homogeneous(&points, knots_u.control_count() * knots_v.control_count())?;
         Ok(Self { knots_u, knots_v, points })
     }
 
@@ -269,7 +258,7 @@ impl Surface {
     /// The curve at constant u, exact; its parameter is v.
     #[must_use]
     pub fn isocurve_u(&self, u: f64) -> Curve {
-        Curve::from_homogeneous(self.knots_v.clone(), self.strip().at(u))
+        Curve::trusted(self.knots_v.clone(), self.strip().at(u))
     }
 
     /// The curve at constant v, exact; its parameter is u.
