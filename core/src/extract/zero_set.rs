@@ -37,6 +37,11 @@ const CLEARANCE: f64 = 1e-4;
 /// point F is as small as its own rounding in a cell of that width, and smaller cells tell nothing more.
 const MAX_DEPTH: u32 = 52;
 
+/// A cell in which F stays below this many roundings is undecided. At a crossing of two branches the coefficients of
+/// the neighbours' derivatives are about as large as F here, and must stand out of twice the rounding: with less room,
+/// a row of cells along each branch would be undecided too.
+const DROWNED: f64 = 16.0;
+
 /// Cells looked at until the rest are undecided. Ordinary zero sets need some tens, one of bidegree (25, 25) with a
 /// dozen loops one or two thousand; only where F vanishes along a curve without changing sign does the number double
 /// with each halving of the width. Cells wait in a queue, so that the width is then the same along the whole curve.
@@ -245,7 +250,7 @@ impl<'a> Search<'a> {
                 continue;
             }
             let exhausted = cell.depth >= MAX_DEPTH || self.stats.cells >= MAX_CELLS;
-            if exhausted || cell.f.magnitude() <= self.rounding {
+            if exhausted || cell.f.magnitude() <= DROWNED * self.rounding {
                 self.undecided.push(cell.rect);
                 continue;
             }
