@@ -6,3 +6,4 @@ pub mod drawing;
 pub mod emit;
 pub mod model;
 pub mod page;
+pub mod protocol;

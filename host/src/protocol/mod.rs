@@ -1,0 +1,198 @@
+//! What is said on the line to a plotter, as state machines without I/O: bytes and the time go in, bytes and events come out.
+//!
+//! [`grbl`] speaks G-code with GRBL's line protocol, [`hpgl`] speaks HPGL with its device control instructions.
+//! [`crate::stream`] connects either with a port.
+
+use std::fmt;
+use std::time::Duration;
+
+use thiserror::Error;
+
+pub mod grbl;
+pub mod hpgl;
+
+/// A conversation with a plotter that sends it one job.
+pub trait Protocol {
+    /// Takes bytes from the plotter. `now` is the time since the port was opened; it never runs backwards.
+    fn receive(&mut self, bytes: &[u8], now: Duration);
+
+    /// Lets time pass: sends what may be sent now, and gives up where an answer is overdue.
+    fn tick(&mut self, now: Duration);
+
+    /// Takes the bytes to be written, in order; empty when there are none.
+    fn take_output(&mut self) -> Vec<u8>;
+
+    /// Takes the oldest event; none when nothing has happened.
+    fn take_event(&mut self) -> Option<Event>;
+
+    /// Goes on after [`Event::Pause`].
+    fn resume(&mut self, now: Duration);
+
+    /// Stops the job; an [`Event::Failed`] follows when the plotter has stopped.
+    fn cancel(&mut self, now: Duration);
+
+    /// How far the job is.
+    fn progress(&self) -> Progress;
+
+    /// The oldest piece of the job that the plotter has not acknowledged.
+    fn place(&self) -> Place;
+}
+
+/// How far a job is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Pieces (lines or instructions) that the plotter has acknowledged.
+    pub done: usize,
+    /// Pieces of the job.
+    pub total: usize,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// The plotter says something that its user may want to read.
+    Message(String),
+    /// The job waits for its user, with the comment that the job gives; [`Protocol::resume`] goes on.
+    Pause(String),
+    /// All of the job is acknowledged, and the plotter has come to rest.
+    Done,
+    /// The job has ended before its end. Nothing more is sent.
+    Failed(Fault),
+}
+
+/// A piece of a job.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// What is counted.
+    pub unit: Unit,
+    /// Number from 1 in the job as its file has it; 0 when the job has not begun.
+    pub number: usize,
+    /// Its text as it is sent.
+    pub text: String,
+}
+
+/// What a job is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Lines of G-code.
+    Line,
+    /// Instructions of HPGL.
+    Instruction,
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Line => "line",
+            Self::Instruction => "instruction",
+        })
+    }
+}
+
+/// Characters of a piece that messages show.
+const TEXT_SHOWN: usize = 80;
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.number == 0 {
+            return write!(f, "before the first {}", self.unit);
+        }
+        write!(f, "at {} {}", self.unit, self.number)?;
+        if self.text.is_empty() {
+            return Ok(());
+        }
+        let shown: String = self.text.chars().take(TEXT_SHOWN).collect();
+        let more = if shown.len() < self.text.len() { "…" } else { "" };
+        write!(f, " (`{shown}{more}`)")
+    }
+}
+
+/// Why a job ended before its end.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// Nothing that speaks the language is at the port.
+    #[error("no answer from the plotter: is it switched on, is this its --port, and is --baud (now {baud}) right?")]
+    NoAnswer {
+        /// Speed of the line that was tried.
+        baud: u32,
+    },
+    /// It is not idle, so that a job cannot begin.
+    #[error("the plotter is not ready, its state is `{state}`: {advice}")]
+    NotReady {
+        /// Its state in its own word.
+        state: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The pen would move before the motion ahead of it has ended.
+    #[error("the plotter is in laser mode ($32=1), where a servo pen moves too early: switch it off with `$32=0`")]
+    LaserMode,
+    /// A line does not fit the plotter's receive buffer.
+    #[error("line {line} has {length} characters, and the plotter receives {limit} at a time; write shorter lines")]
+    LineTooLong {
+        /// Number of the line.
+        line: usize,
+        /// Its characters.
+        length: usize,
+        /// Most characters.
+        limit: usize,
+    },
+    /// The plotter refuses a piece of the job.
+    #[error("the plotter refused the job {at}: error {code}, {meaning}")]
+    Refused {
+        /// Where.
+        at: Place,
+        /// The plotter's number for it.
+        code: String,
+        /// What the number means.
+        meaning: &'static str,
+    },
+    /// The plotter has stopped itself.
+    #[error(
+        "the plotter raised alarm {code} {at}: {meaning}; its position may be lost, so home it (or set the origin) before the next job"
+    )]
+    Alarm {
+        /// What it had not acknowledged yet.
+        at: Place,
+        /// The plotter's number for it.
+        code: String,
+        /// What the number means.
+        meaning: &'static str,
+    },
+    /// The plotter restarted.
+    #[error("the plotter restarted {at}: reset button, or a power supply that drops; the rest of the job is lost")]
+    Restarted {
+        /// What it had not acknowledged yet.
+        at: Place,
+    },
+    /// The plotter no longer answers.
+    #[error("the plotter has fallen silent {at}: nothing came back for {seconds} s")]
+    Silent {
+        /// What it had not acknowledged yet.
+        at: Place,
+        /// For how long.
+        seconds: u64,
+    },
+    /// The plotter is idle and still owes an answer.
+    #[error(
+        "bytes were lost on the line {at}: the plotter is idle but never answered it; try a shorter cable or a lower --baud"
+    )]
+    Lost {
+        /// What it had not acknowledged.
+        at: Place,
+    },
+    /// The plotter counted errors while it drew.
+    #[error("the plotter took the whole job but reports {what}; the drawing may be incomplete")]
+    Reported {
+        /// What it reports.
+        what: String,
+    },
+    /// Somebody stopped it.
+    #[error("the job was stopped {at}")]
+    Cancelled {
+        /// What it had not acknowledged yet.
+        at: Place,
+    },
+}
