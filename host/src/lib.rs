@@ -7,3 +7,4 @@ pub mod emit;
 pub mod model;
 pub mod page;
 pub mod protocol;
+pub mod stream;
