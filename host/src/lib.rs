@@ -7,4 +7,5 @@ pub mod emit;
 pub mod model;
 pub mod page;
 pub mod protocol;
+pub mod sim;
 pub mod stream;
