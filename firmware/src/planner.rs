@@ -215,7 +215,7 @@ impl<const BLOCKS: usize> Planner<BLOCKS> {
         block.pen = pen;
         block.line = line;
         if !self.is_empty() {
-            block.junction_sqr = junction_sqr(&self.tail, &tail, block.acceleration, settings);
+            block.junction_sqr = junction_sqr(&self.tail, &tail, settings);
             block.ceiling_sqr = block.junction_sqr.min(square(tail.nominal.min(self.tail.nominal)));
         }
         if self.queue.push_back(block).is_err() {
@@ -332,7 +332,7 @@ fn square(v: f32) -> f32 {
 }
 
 /// Square of the speed at which the corner between two blocks may be taken, (mm/s)².
-fn junction_sqr(before: &Tail, after: &Tail, acceleration: f32, settings: &Settings) -> f32 {
+fn junction_sqr(before: &Tail, after: &Tail, settings: &Settings) -> f32 {
     let mut cos = 0.0;
     for axis in 0..AXES {
         cos -= before.direction[axis] * after.direction[axis];
@@ -348,5 +348,13 @@ fn junction_sqr(before: &Tail, after: &Tail, acceleration: f32, settings: &Setti
     // 1 − sin = cos²/(1 + sin), without cancellation.
     let by_deviation = deviation * sin_half * (1.0 + sin_half) / (cos_half * cos_half);
     let by_chords = 0.5 * before.length.min(after.length) * sin_half / cos_half;
+    // The change of the velocity points along the difference of the directions, whose length is 2·cos(θ/2).
+    let mut acceleration = f32::INFINITY;
+    for axis in 0..AXES {
+        let share = (after.direction[axis] - before.direction[axis]).abs() / (2.0 * cos_half);
+        if share > 0.0 {
+            acceleration = acceleration.min(settings.acceleration[axis] as f32 / share);
+        }
+    }
     acceleration * by_deviation.min(by_chords)
 }

@@ -93,7 +93,7 @@ pub struct Stepper<H> {
     motors_on: bool,
     /// Motors are released this long after the last command, µs.
     idle_delay: Option<u32>,
-    /// Time of the last tick with a segment, µs.
+    /// Time of the last step, µs.
     idle_since: u64,
 }
 
@@ -126,6 +126,7 @@ impl<H: Hardware> Stepper<H> {
         self.hardware.set_time(self.now);
         if let Some(segment) = self.segment {
             self.step_event(&segment);
+            self.idle_since = self.now;
             self.left = self.left.saturating_sub(1);
             if self.left == 0 {
                 self.segment = None;
@@ -135,7 +136,6 @@ impl<H: Hardware> Stepper<H> {
         self.dwelling = dwell.is_some();
         let wait = match (self.segment, dwell) {
             (Some(segment), _) => {
-                self.idle_since = self.now;
                 let total = segment.period.saturating_add(u64::from(self.fraction));
                 self.fraction = (total & 0xff) as u8;
                 u32::try_from(total >> 8).unwrap_or(u32::MAX).max(1)
