@@ -1,9 +1,8 @@
 //! The main loop's side: bytes in, answers and step commands out.
 
-use crate::axis::AXES;
-use crate::axis::Axes;
+use crate::axis::{AXES, Axes};
 use crate::error::{Alarm, Error};
-use crate::gcode::{Actions, Flow, GcodeState, Path, Speed, interpret};
+use crate::gcode::{Actions, Flow, GcodeState, Path, Speed, Spindle, interpret};
 use crate::hal::Wiring;
 use crate::line::{LineEditor, Receiver};
 use crate::pen::Pen;
@@ -268,9 +267,7 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         }
         if self.planner.is_empty() {
             self.running = false;
-            if let Some(pen) = self.waiting_pen
-                && stepper.push(Command::Pen(pen))
-            {
+            if self.waiting_pen.is_some_and(|pen| stepper.push(Command::Pen(pen))) {
                 self.waiting_pen = None;
             }
         }
@@ -557,7 +554,7 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             rx_free: self.receiver.free(),
             line: self.planner.current.as_ref().map_or(0, |c| c.block.line),
             feed,
-            speed: if self.gcode.spindle == crate::gcode::Spindle::Off { 0.0 } else { self.gcode.speed },
+            speed: if self.gcode.spindle == Spindle::Off { 0.0 } else { self.gcode.speed },
             overrides: with_overrides.then_some((self.overrides.feed, self.overrides.rapid)),
             with_offset,
             settings: &self.settings,

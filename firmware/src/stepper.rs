@@ -223,10 +223,8 @@ impl<H: Hardware> Stepper<H> {
 
     /// Releases the motors when their time has come.
     fn idle(&mut self) -> u32 {
-        if let Some(delay) = self.idle_delay
-            && self.motors_on
-            && self.now.saturating_sub(self.idle_since) >= u64::from(delay)
-        {
+        let due = self.idle_delay.is_some_and(|delay| self.now.saturating_sub(self.idle_since) >= u64::from(delay));
+        if due && self.motors_on {
             self.motors_on = false;
             self.hardware.enable_motors(false);
         }
