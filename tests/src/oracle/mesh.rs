@@ -1,0 +1,242 @@
+//! Surfaces as triangles in view space, joined along equal edges.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3};
+use penvis_core::scene::Scene;
+
+use super::sight::Sight;
+use super::spline;
+
+/// Vertices of surface boundaries nearer than this part of the scene's size are one.
+const SAME_VERTEX: f64 = 1e-7;
+
+/// A triangle whose height on the screen is below this part of its longest side is seen edge-on.
+const EDGE_ON: f64 = 1e-9;
+
+/// A piece of surface.
+pub(super) struct Triangle {
+    pub(super) corners: [u32; 3],
+    /// Greatest distance of the surface from the triangle at equal parameters, as measured and doubled.
+    pub(super) error: f64,
+    /// Longest side in view space.
+    pub(super) side: f64,
+    pub(super) neighbours: [Option<u32>; 3],
+}
+
+/// An edge beyond which the number of sheets is another: free, or a fold on the screen.
+pub(super) struct Transition {
+    pub(super) ends: [DVec3; 2],
+    pub(super) triangles: Vec<u32>,
+    pub(super) error: f64,
+    pub(super) side: f64,
+}
+
+/// The cells of one surface.
+struct Cells {
+    us: Vec<f64>,
+    vs: Vec<f64>,
+    /// Up to two triangles for each cell, v fastest; collapsed ones are left out.
+    triangles: Vec<[Option<u32>; 2]>,
+}
+
+/// All surfaces as triangles in view space.
+pub(super) struct Mesh {
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) transitions: Vec<Transition>,
+    /// Diagonal of the box of all vertices.
+    pub(super) size: f64,
+    cells: Vec<Cells>,
+}
+
+impl Mesh {
+    /// Cuts every knot interval of every surface into `parts` in both directions.
+    pub(super) fn new(scene: &Scene, sight: &Sight, parts: usize) -> Self {
+        let mut build = Build::new(scene);
+        let mut cells = Vec::with_capacity(scene.surfaces.len());
+        for s in &scene.surfaces {
+            let (ku, kv) = (s.surface.knots_u(), s.surface.knots_v());
+            let us = spline::subdivided(ku.as_slice(), ku.degree(), 2 * parts);
+            let vs = spline::subdivided(kv.as_slice(), kv.degree(), 2 * parts);
+            let points = spline::points(&s.surface, &us, &vs);
+            let triangles = build.surface(&points, us.len(), vs.len(), sight);
+            let coarse = |all: Vec<f64>| all.into_iter().step_by(2).collect();
+            cells.push(Cells { us: coarse(us), vs: coarse(vs), triangles });
+        }
+        let transitions = build.join();
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (lo, hi) = build.vertices.iter().fold(start, |(lo, hi), &p| (lo.min(p), hi.max(p)));
+        Self { vertices: build.vertices, triangles: build.triangles, transitions, size: (hi - lo).length(), cells }
+    }
+
+    pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].corners.map(|v| self.vertices[v as usize])
+    }
+
+    /// The triangles of the cell that holds the parameters (u, v) of a surface, and of its neighbours where the
+    /// parameters lie on the border between cells.
+    pub(super) fn at(&self, surface: usize, u: f64, v: f64) -> Vec<u32> {
+        let c = &self.cells[surface];
+        let rows = c.vs.len() - 1;
+        let (is, js) = (holding(&c.us, u), holding(&c.vs, v));
+        let cells = is.flat_map(|i| js.clone().map(move |j| i * rows + j));
+        cells.flat_map(|k| c.triangles[k].into_iter().flatten()).collect()
+    }
+
+    /// What is joined to the triangles `from` by way of triangles with a corner within `reach` of `p`.
+    pub(super) fn around(&self, from: &[u32], p: DVec3, reach: f64) -> Vec<u32> {
+        let near = |t: u32| self.corners(t).iter().any(|c| c.distance_squared(p) <= reach * reach);
+        let mut found = from.to_vec();
+        let mut next = 0;
+        while next < found.len() {
+            for t in self.triangles[found[next] as usize].neighbours.into_iter().flatten() {
+                if near(t) && !found.contains(&t) {
+                    found.push(t);
+                }
+            }
+            next += 1;
+        }
+        found
+    }
+
+    /// Whether the triangle covers the screen point `q`. Of triangles that share an edge, and lie on its two sides, one
+    /// covers a point on it: an edge is judged the same way from both.
+    pub(super) fn covers(&self, triangle: u32, q: DVec2) -> bool {
+        let [a, b, c] = self.corners(triangle).map(DVec3::truncate);
+        passes_right(a, b, q) ^ passes_right(b, c, q) ^ passes_right(c, a, q)
+    }
+}
+
+/// The indices of the intervals between neighbouring `breaks` that hold `t`, ends included.
+fn holding(breaks: &[f64], t: f64) -> std::ops::Range<usize> {
+    let last = breaks.len() - 2;
+    let from = breaks.partition_point(|&b| b < t).saturating_sub(1).min(last);
+    let to = breaks.partition_point(|&b| b <= t).saturating_sub(1).min(last);
+    from..to + 1
+}
+
+/// Whether the horizontal ray from `q` to the right meets the edge, whose lower end belongs to it.
+fn passes_right(a: DVec2, b: DVec2, q: DVec2) -> bool {
+    let (a, b) = if (a.y, a.x) <= (b.y, b.x) { (a, b) } else { (b, a) };
+    a.y <= q.y && q.y < b.y && (b - a).perp_dot(q - a) > 0.0
+}
+
+struct Build {
+    vertices: Vec<DVec3>,
+    triangles: Vec<Triangle>,
+    /// Boundary vertices by their position in model space, in units of `same`.
+    known: HashMap<[i64; 3], Vec<(DVec3, u32)>>,
+    same: f64,
+}
+
+impl Build {
+    fn new(scene: &Scene) -> Self {
+        let points = scene.surfaces.iter().flat_map(|s| s.surface.homogeneous()).map(|h| h.truncate() / h.w);
+        let (lo, hi) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+        Self {
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            known: HashMap::new(),
+            same: SAME_VERTEX * (hi - lo).length(),
+        }
+    }
+
+    /// Adds the triangles of one surface, whose points are given on a grid twice as fine as the triangles'.
+    fn surface(&mut self, points: &[DVec3], nu: usize, nv: usize, sight: &Sight) -> Vec<[Option<u32>; 2]> {
+        let view: Vec<DVec3> = points.iter().map(|&p| sight.project(p)).collect();
+        let mut index = vec![0; points.len()];
+        for i in (0..nu).step_by(2) {
+            for j in (0..nv).step_by(2) {
+                let k = i * nv + j;
+                let border = i == 0 || j == 0 || i == nu - 1 || j == nv - 1;
+                index[k] = if border { self.border_vertex(points[k], view[k]) } else { self.vertex(view[k]) };
+            }
+        }
+        let mut cells = Vec::with_capacity((nu / 2) * (nv / 2));
+        for i in (0..nu - 2).step_by(2) {
+            for j in (0..nv - 2).step_by(2) {
+                let at = |a: usize, b: usize| (i + a) * nv + j + b;
+                let mut add = |corners: [usize; 3]| {
+                    let [a, b, c] = corners;
+                    // The point at the mean parameters of two corners stands between them in the fine grid.
+                    let gap = |a: usize, b: usize| (0.5 * (view[a] + view[b]) - view[(a + b) / 2]).length();
+                    let error = 2.0 * gap(a, b).max(gap(b, c)).max(gap(c, a));
+                    self.triangle(corners.map(|k| index[k]), error)
+                };
+                cells.push([add([at(0, 0), at(2, 0), at(2, 2)]), add([at(0, 0), at(2, 2), at(0, 2)])]);
+            }
+        }
+        cells
+    }
+
+    fn triangle(&mut self, corners: [u32; 3], error: f64) -> Option<u32> {
+        let [a, b, c] = corners;
+        if a == b || b == c || c == a {
+            return None;
+        }
+        let p = corners.map(|k| self.vertices[k as usize]);
+        let side = p[0].distance(p[1]).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
+        self.triangles.push(Triangle { corners, error, side, neighbours: [None; 3] });
+        Some(self.triangles.len() as u32 - 1)
+    }
+
+    fn vertex(&mut self, view: DVec3) -> u32 {
+        self.vertices.push(view);
+        self.vertices.len() as u32 - 1
+    }
+
+    /// The vertex at `p` on the boundary of a surface, which another boundary may have brought already.
+    fn border_vertex(&mut self, p: DVec3, view: DVec3) -> u32 {
+        let key = |d: DVec3| ((p + d * self.same) / (2.0 * self.same)).to_array().map(|x| x.floor() as i64);
+        // Boxes twice as wide as the tolerance: what is within it lies in one of the eight that these corners touch.
+        for n in 0..8 {
+            let side = |bit: i32| if n & bit == 0 { -1.0 } else { 1.0 };
+            let boxed = self.known.get(&key(DVec3::new(side(1), side(2), side(4))));
+            let same = boxed.into_iter().flatten().find(|(q, _)| q.distance(p) <= self.same);
+            if let Some(&(_, k)) = same {
+                return k;
+            }
+        }
+        let home = key(DVec3::ZERO);
+        let k = self.vertex(view);
+        self.known.entry(home).or_default().push((p, k));
+        k
+    }
+
+    /// Finds neighbours, and the edges beyond which the number of sheets is another.
+    fn join(&mut self) -> Vec<Transition> {
+        let mut edges: HashMap<(u32, u32), Vec<(u32, usize)>> = HashMap::with_capacity(2 * self.triangles.len());
+        for (k, t) in self.triangles.iter().enumerate() {
+            for side in 0..3 {
+                let (a, b) = (t.corners[side], t.corners[(side + 1) % 3]);
+                edges.entry((a.min(b), a.max(b))).or_default().push((k as u32, side));
+            }
+        }
+        let mut transitions = Vec::new();
+        for (&(a, b), users) in &edges {
+            let ends = [a, b].map(|v| self.vertices[v as usize]);
+            if let &[(k, side), (l, other)] = users.as_slice() {
+                self.triangles[k as usize].neighbours[side] = Some(l);
+                self.triangles[l as usize].neighbours[other] = Some(k);
+                if self.beside(ends, k, side) * self.beside(ends, l, other) < 0.0 {
+                    continue;
+                }
+            }
+            let triangles: Vec<u32> = users.iter().map(|u| u.0).collect();
+            let most =
+                |f: fn(&Triangle) -> f64| triangles.iter().map(|&t| f(&self.triangles[t as usize])).fold(0.0, f64::max);
+            let (error, side) = (most(|t| t.error), most(|t| t.side));
+            transitions.push(Transition { ends, triangles, error, side });
+        }
+        transitions
+    }
+
+    /// On which side of its edge on the screen the triangle lies: ±1, or 0 if it is seen edge-on.
+    fn beside(&self, ends: [DVec3; 2], triangle: u32, side: usize) -> f64 {
+        let t = &self.triangles[triangle as usize];
+        let [a, b] = ends.map(DVec3::truncate);
+        let twice_area = (b - a).perp_dot(self.vertices[t.corners[(side + 2) % 3] as usize].truncate() - a);
+        if twice_area.abs() <= EDGE_ON * t.side * t.side { 0.0 } else { twice_area.signum() }
+    }
+}

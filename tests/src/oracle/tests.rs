@@ -1,0 +1,146 @@
+use super::*;
+use penvis_core::nurbs::Surface;
+use penvis_core::scene::SceneSurface;
+use penvis_core::shape::{Frame, plane, sphere, torus};
+
+fn scene(surfaces: Vec<Surface>) -> Scene {
+    let named = |(k, surface)| SceneSurface { name: format!("surface {k}"), surface };
+    Scene { name: "closed form".into(), surfaces: surfaces.into_iter().enumerate().map(named).collect() }
+}
+
+fn wall(y: f64, half: f64) -> Surface {
+    plane(DVec3::new(-half, y, -half), 2.0 * half * DVec3::X, 2.0 * half * DVec3::Z).unwrap()
+}
+
+/// Judges a grid of interior points of one surface against `sheets`; returns how many were judged, of how many.
+fn agree(scene: &Scene, sight: Sight, surface: usize, sheets: impl Fn(DVec3) -> u32) -> (usize, usize) {
+    const N: usize = 37;
+    let oracle = Oracle::new(scene, sight);
+    let s = &scene.surfaces[surface].surface;
+    let mut judged = 0;
+    for i in 0..N {
+        for j in 0..N {
+            let uv = DVec2::new((i as f64 + 0.43) / N as f64, (j as f64 + 0.37) / N as f64);
+            let point = s.eval(uv.x, uv.y);
+            let expected = sheets(point);
+            let seen = oracle.judge(&Place { point, surface, uv, fold: false });
+            match seen {
+                Verdict::Ambiguous(_) => {}
+                Verdict::Visible => assert_eq!(expected, 0, "at {point}"),
+                Verdict::Hidden(n) => assert_eq!(expected, n, "at {point}"),
+            }
+            judged += usize::from(!matches!(seen, Verdict::Ambiguous(_)));
+        }
+    }
+    (judged, N * N)
+}
+
+fn mostly((judged, all): (usize, usize)) {
+    assert!(judged * 100 > all * 96, "{judged} judged of {all}");
+}
+
+fn parallel(direction: DVec3) -> Sight {
+    Sight::Parallel { direction, up: DVec3::Z }
+}
+
+fn central(eye: DVec3) -> Sight {
+    Sight::Central { eye, target: DVec3::ZERO, up: DVec3::Z }
+}
+
+/// Direction from `p` to the eye.
+fn towards_eye(sight: Sight, p: DVec3) -> DVec3 {
+    match sight {
+        Sight::Parallel { direction, .. } => direction,
+        Sight::Central { eye, .. } => eye - p,
+    }
+}
+
+/// Passages through the sphere about the origin on the way from `p` to the eye, `p` itself not among them.
+fn passages(p: DVec3, way: DVec3, radius: f64) -> u32 {
+    let d = way.normalize();
+    let (b, c) = (p.dot(d), p.length_squared() - radius * radius);
+    if c.abs() < 1e-9 {
+        // On the sphere: the other passage is ahead where the way leads inwards.
+        return u32::from(b < 0.0);
+    }
+    let disc = b * b - c;
+    if disc <= 0.0 { 0 } else { [-b - disc.sqrt(), -b + disc.sqrt()].iter().filter(|&&t| t > 0.0).count() as u32 }
+}
+
+#[test]
+fn a_sphere_hides_a_disc_of_the_wall_behind_it() {
+    let s = scene(vec![sphere(&Frame::WORLD, 1.0).unwrap(), wall(3.0, 4.0)]);
+    for sight in [
+        parallel(DVec3::NEG_Y),
+        parallel(DVec3::new(0.3, -1.0, 0.2)),
+        central(DVec3::new(0.0, -5.0, 0.0)),
+        central(DVec3::new(1.0, -4.0, 1.5)),
+    ] {
+        mostly(agree(&s, sight, 1, |p| passages(p, towards_eye(sight, p), 1.0)));
+    }
+}
+
+#[test]
+fn nested_spheres_add_their_sheets() {
+    let radii = [1.0, 1.4, 2.0];
+    let mut surfaces: Vec<Surface> = radii.iter().map(|&r| sphere(&Frame::WORLD, r).unwrap()).collect();
+    surfaces.push(wall(3.0, 3.0));
+    let s = scene(surfaces);
+    for sight in [parallel(DVec3::new(0.3, -1.0, 0.2)), central(DVec3::new(1.0, -6.0, 1.5))] {
+        for k in 0..s.surfaces.len() {
+            let (judged, all) =
+                agree(&s, sight, k, |p| radii.iter().map(|&r| passages(p, towards_eye(sight, p), r)).sum());
+            // Points just behind their own fold, and the poles of the parametrisation, are not judged.
+            assert!(judged * 100 > all * 85, "{judged} judged of {all} on surface {k}");
+        }
+    }
+}
+
+#[test]
+fn a_torus_has_a_hole_and_a_side_of_four_sheets() {
+    let (major, minor) = (2.0, 0.6);
+    let s = scene(vec![torus(&Frame::WORLD, major, minor).unwrap(), wall(4.0, 3.0)]);
+    mostly(agree(&s, parallel(DVec3::NEG_Y), 1, |p| {
+        // On the sight line at (x, z) the distance from the axis is major ± √(minor² − z²) where it meets the torus.
+        let h = minor * minor - p.z * p.z;
+        let at = |r: f64| if r > p.x.abs() { 2 } else { 0 };
+        if h < 0.0 { 0 } else { at(major + h.sqrt()) + at(major - h.sqrt()) }
+    }));
+    let floor = plane(DVec3::new(-3.0, -3.0, -1.0), 6.0 * DVec3::X, 6.0 * DVec3::Y).unwrap();
+    let s = scene(vec![torus(&Frame::WORLD, major, minor).unwrap(), floor]);
+    let above = Sight::Parallel { direction: DVec3::Z, up: DVec3::Y };
+    mostly(agree(&s, above, 1, |p| if (p.truncate().length() - major).abs() < minor { 2 } else { 0 }));
+}
+
+#[test]
+fn a_silhouette_is_not_hidden_by_its_own_sheet() {
+    let s = scene(vec![sphere(&Frame::WORLD, 1.0).unwrap(), wall(3.0, 4.0)]);
+    // The eye sees the equator as the outline: along it v is ½.
+    let above = Oracle::new(&s, Sight::Parallel { direction: DVec3::Z, up: DVec3::Y });
+    for k in 0..100 {
+        let uv = DVec2::new((f64::from(k) + 0.41) / 100.0, 0.5);
+        let point = s.surfaces[0].surface.eval(uv.x, uv.y);
+        assert_eq!(above.judge(&Place { point, surface: 0, uv, fold: true }), Verdict::Visible);
+        // The same points claimed to lie inside the sheet are left alone.
+        let claim = above.judge(&Place { point, surface: 0, uv, fold: false });
+        assert_eq!(claim, Verdict::Ambiguous(Doubt::OwnSheet));
+    }
+}
+
+#[test]
+fn what_touches_or_borders_is_not_judged() {
+    let s = scene(vec![wall(0.0, 1.0), wall(1e-9, 2.0), wall(3.0, 4.0)]);
+    let oracle = Oracle::new(&s, parallel(DVec3::NEG_Y));
+    let place = |x: f64, surface: usize, half: f64| {
+        let uv = DVec2::new(0.5 + 0.5 * x / half, 0.51);
+        let point = s.surfaces[surface].surface.eval(uv.x, uv.y);
+        oracle.judge(&Place { point, surface, uv, fold: false })
+    };
+    assert_eq!(place(0.5, 1, 2.0), Verdict::Ambiguous(Doubt::Contact));
+    assert_eq!(place(1.0, 2, 4.0), Verdict::Ambiguous(Doubt::Transition));
+    assert_eq!(place(0.9, 2, 4.0), Verdict::Hidden(2));
+    assert_eq!(place(1.1, 2, 4.0), Verdict::Hidden(1));
+    assert_eq!(place(2.1, 2, 4.0), Verdict::Visible);
+    // On the edge of a sheet: its own edge does not hide it.
+    assert_eq!(place(2.0, 1, 2.0), Verdict::Visible);
+}
