@@ -159,3 +159,6 @@ fn is_gone_code(code: i32) -> bool {
 fn is_gone_code(code: i32) -> bool {
     matches!(code, 31 | 22 | 995)
 }
+
+#[cfg(test)]
+mod tests;
