@@ -64,11 +64,53 @@ pub(super) fn discont() -> Option<Vec<SceneSurface>> {
 }
 
 pub(super) fn discont_view() -> View {
-    View::orthographic(DVec3::new(0.9, -1.0, 0.45))
+    View::orthographic(DVec3::new(0.5, -1.0, 0.6))
 }
 
 /// Greville abscissae mapped to [−1, 1]: the coefficients with which a coordinate is linear in the parameter.
 fn greville(knots: &KnotVector) -> Vec<f64> {
     let (all, degree) = (knots.as_slice(), knots.degree());
     (1..=knots.control_count()).map(|i| 2.0 * (all[i..i + degree].iter().sum::<f64>() / degree as f64) - 1.0).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn only(surfaces: Option<Vec<SceneSurface>>) -> Surface {
+        let mut surfaces = surfaces.unwrap();
+        assert_eq!(surfaces.len(), 1);
+        surfaces.remove(0).surface
+    }
+
+    #[test]
+    fn the_saddle_has_its_closed_form() {
+        let s = only(saddle());
+        for i in 0..=10 {
+            for j in 0..=10 {
+                let p = s.eval(f64::from(i) / 10.0, f64::from(j) / 10.0);
+                assert!((p.z - (p.x * p.x - p.y * p.y)).abs() < 1e-15, "{p}");
+            }
+        }
+    }
+
+    #[test]
+    fn fields_are_linear_in_the_parameters_across() {
+        for s in [only(saddle()), only(wiggle()), only(discont())] {
+            for (u, v) in [(0.0, 0.0), (0.1, 0.73), (0.5, 0.31), (0.9, 0.02), (1.0, 1.0)] {
+                assert!(s.eval(u, v).truncate().distance(DVec2::new(2.0 * u - 1.0, 2.0 * v - 1.0)) < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn the_break_of_discont_is_sharp_along_its_whole_length() {
+        let (before, after) = only(discont()).split_u(0.5).unwrap();
+        for k in 0..=20 {
+            let v = f64::from(k) / 20.0;
+            let ((p, a, _), (q, b, _)) = (before.derivatives(0.5, v), after.derivatives(0.5, v));
+            assert!(p.distance(q) < 1e-15);
+            assert!(a.angle_between(b).to_degrees() > 30.0, "{v}");
+        }
+    }
 }

@@ -4,9 +4,13 @@
 //! the bit, so that stitching finds every seam and crease at any tolerance. Lengths have no unit.
 
 mod fields;
+mod missile;
+mod solids;
 mod spring;
 mod teapot;
 mod teapot_data;
+mod turned;
+mod vase;
 
 use glam::DVec4;
 use penvis_core::nurbs::{KnotVector, Surface};
@@ -39,6 +43,30 @@ const MODELS: &[Entry] = &[
         view: teapot::view,
     },
     Entry {
+        name: "pawn",
+        description: "a chess pawn, five surfaces of revolution",
+        build: turned::pawn,
+        view: turned::pawn_view,
+    },
+    Entry {
+        name: "goblet",
+        description: "a goblet, five surfaces of revolution",
+        build: turned::goblet,
+        view: turned::goblet_view,
+    },
+    Entry {
+        name: "vase",
+        description: "a vase of surfaces of revolution with two swept handles, after Ruan, Zhang and Yong 2006",
+        build: vase::surfaces,
+        view: vase::view,
+    },
+    Entry {
+        name: "missile",
+        description: "a missile with a nozzle, four wings and four tail fins, after Ruan, Zhang and Yong 2006",
+        build: missile::surfaces,
+        view: missile::view,
+    },
+    Entry {
         name: "saddle",
         description: "the hyperbolic paraboloid z = x² − y² as one bicubic patch",
         build: fields::saddle,
@@ -61,6 +89,22 @@ const MODELS: &[Entry] = &[
         description: "a coil spring of 96 rational Bézier patches, after Ruan, Zhang and Yong 2006",
         build: spring::surfaces,
         view: spring::view,
+    },
+    Entry { name: "sphere", description: "the unit sphere", build: solids::sphere, view: solids::sphere_view },
+    Entry { name: "torus", description: "a torus of radii 3 and 1", build: solids::torus, view: solids::upright_view },
+    Entry {
+        name: "linked_tori",
+        description: "two tori, each through the hole of the other",
+        build: solids::linked_tori,
+        view: solids::linked_tori_view,
+    },
+    Entry { name: "cylinder", description: "a closed cylinder", build: solids::cylinder, view: solids::upright_view },
+    Entry { name: "cone", description: "a closed cone", build: solids::cone, view: solids::upright_view },
+    Entry {
+        name: "box",
+        description: "a box of six rectangles along the axes",
+        build: solids::cuboid,
+        view: solids::cuboid_view,
     },
 ];
 

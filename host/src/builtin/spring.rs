@@ -23,7 +23,7 @@ const SLOPE: f64 = PITCH / TAU;
 pub(super) fn surfaces() -> Option<Vec<SceneSurface>> {
     // In the coordinates (radial, along the turn, upwards): the unit binormal of the helix.
     let binormal = DVec3::new(0.0, -SLOPE, COIL) / (SLOPE * SLOPE + COIL * COIL).sqrt();
-    let axes = [DVec3::X, binormal, -DVec3::X, -binormal];
+    let axes = [DVec3::X, -binormal, -DVec3::X, binormal];
     let mut surfaces = Vec::with_capacity(16 * TURNS);
     for quarter in 0..4 * TURNS {
         for arc in 0..4 {
