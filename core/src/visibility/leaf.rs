@@ -188,6 +188,12 @@ impl Equations {
         self.one_sign(lo, hi, normal.length(), tolerances)
     }
 
+    /// Whether the whole cell lies on the sight line, to rounding.
+    pub(super) fn vanish(&self, tolerances: &Tolerances) -> bool {
+        let t = 4.0 * tolerances.rounding * self.weight;
+        self.pairs().all(|(f, g)| f.abs() <= t && g.abs() <= t)
+    }
+
     /// Whether [lo, hi], the range of a combination of f and g with factors of length `scale`, stays off zero.
     fn one_sign(&self, lo: f64, hi: f64, scale: f64, tolerances: &Tolerances) -> bool {
         let unit = scale * self.weight;

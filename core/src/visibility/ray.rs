@@ -16,6 +16,13 @@ const LIMIT: u8 = 26;
 /// of a border.
 const POLE_LIMIT: u8 = 40;
 
+/// Halvings towards a pole that is seen edge-on, after which the fold that ends there is not followed any closer: 2⁻⁴⁰, the
+/// square, is the extent of the cell across the fold.
+const FOLDED_POLE_LIMIT: u8 = 20;
+
+/// What an undecided cell takes off the budget: a sight line that meets dozens of them will not be clear.
+const UNDECIDED_COST: u32 = 32;
+
 /// Cells that one sight line may examine below the prepared ones. A double root takes some two hundred.
 const BUDGET: u32 = 4096;
 
@@ -361,24 +368,41 @@ impl Occluders {
             if (ray.q - pole.at).abs().max_element() > border {
                 continue;
             }
-            if let Some(sector) = pole_sector(net, degrees, side, pole.at) {
-                let mut at = 0.5 * (window.lo + window.hi);
-                at[side / 2] = (side % 2) as f64;
-                let along_sight = pole.depth[1] - pole.depth[0] > self.tolerances.contact;
-                let hit = Hit {
-                    surface: patch.surface,
-                    patch: patch.index,
-                    uv: patch.to_surface(at),
-                    z: pole.depth[1],
-                    grazing: along_sight,
-                    border: true,
-                };
-                let positive = true;
-                let c =
-                    Crossing { hit, at, merge: DVec2::ZERO, pole: true, positive, sector: Some(sector), slope: 0.0 };
-                scratch.crossings.push(c);
-                return Verdict::Done;
+            let across = side / 2;
+            match pole_fan(net, degrees, side, pole.at, self.tolerances.rounding) {
+                Fan::Sector(sector) => {
+                    let mut at = 0.5 * (window.lo + window.hi);
+                    at[across] = (side % 2) as f64;
+                    let along_sight = pole.depth[1] - pole.depth[0] > self.tolerances.contact;
+                    let hit = Hit {
+                        surface: patch.surface,
+                        patch: patch.index,
+                        uv: patch.to_surface(at),
+                        z: pole.depth[1],
+                        grazing: along_sight,
+                        border: true,
+                    };
+                    scratch.crossings.push(Crossing {
+                        hit,
+                        at,
+                        merge: DVec2::ZERO,
+                        pole: true,
+                        positive: true,
+                        sector: Some(sector),
+                        slope: 0.0,
+                    });
+                    return Verdict::Done;
+                }
+                Fan::Folded if window.depth[across] < FOLDED_POLE_LIMIT => {
+                    return Verdict::Halve(if across == 0 { Axis::U } else { Axis::V });
+                }
+                Fan::Folded => return self.give_up(patch, window, scratch, start),
+                Fan::Wide => {}
             }
+        }
+        if equations.vanish(&self.tolerances) {
+            // Nothing on the screen tells the points of the cell apart any more.
+            return self.give_up(patch, window, scratch, start);
         }
         let enclosure = equations.enclosure(net, DVec2::ZERO, &self.tolerances);
         if let Some(mut enclosure) = enclosure {
@@ -405,13 +429,22 @@ impl Occluders {
         if let Some(axis) = [axis, axis.other()].into_iter().find(free) {
             return Verdict::Halve(axis);
         }
-        let z = net.iter().fold(f64::NEG_INFINITY, |z, h| z.max(h.z / h.w));
+        self.give_up(patch, window, scratch, start)
+    }
+
+    /// Leaves a cell undecided, unless it is part of what is excluded.
+    fn give_up(&self, patch: &PatchInfo, window: Window, scratch: &mut RayScratch, start: usize) -> Verdict {
+        if scratch.excluded.iter().any(|[lo, hi]| meets(*lo, *hi, window)) {
+            return Verdict::Done;
+        }
+        let z = scratch.nets[start..].iter().fold(f64::NEG_INFINITY, |z, h| z.max(h.z / h.w));
         let at = 0.5 * (window.lo + window.hi);
         let (surface, index) = (patch.surface, patch.index);
         let hit = Hit { surface, patch: index, uv: patch.to_surface(at), z, grazing: true, border: false };
         let merge = window.hi - window.lo;
         scratch.crossings.push(Crossing { hit, at, merge, pole: false, positive: true, sector: None, slope: 0.0 });
         scratch.stats.undecided += 1;
+        scratch.budget = scratch.budget.saturating_sub(UNDECIDED_COST);
         Verdict::Done
     }
 
@@ -527,32 +560,48 @@ fn merge(crossings: &mut Vec<Crossing>) {
     crossings.truncate(kept);
 }
 
-/// The sector that a cell fills round the pole on its collapsed side, if its only root for the sight line through the
-/// pole is that side.
+/// How the image of a cell lies round the pole on its collapsed side.
+enum Fan {
+    /// The side is the only root for the sight line through the pole, and the cell fills this sector round it.
+    Sector(Sector),
+    /// A fold runs through the pole, or the pole is seen edge-on.
+    Folded,
+    /// The cell is too large to say.
+    Wide,
+}
+
+/// The fan of a cell round the pole on its side `side`.
 ///
 /// With s the parameter across the side, (f, g) = s·T(s, t) and T is a Bernstein polynomial whose coefficients are those
 /// of (f, g) beyond the side, scaled. If all of them lie on one side of a line through the origin, T has no zero. On the
 /// side itself T(0, t) turns one way if its consecutive coefficients do, the Wronskians BᵢBⱼ′ − BⱼBᵢ′ (i < j) being
 /// non-negative; the sector then is that from its first to its last direction.
-fn pole_sector(net: &[DVec4], degrees: Degrees, side: usize, pole: DVec2) -> Option<Sector> {
+fn pole_fan(net: &[DVec4], degrees: Degrees, side: usize, pole: DVec2, rounding: f64) -> Fan {
     let Degrees { p, q } = degrees;
     let (across, along) = if side < 2 { (p, q) } else { (q, p) };
-    let tangent = |a: usize, b: usize| {
+    let point = |a: usize, b: usize| {
         let a = if side.is_multiple_of(2) { a } else { across - a };
         let (i, j) = if side < 2 { (a, b) } else { (b, a) };
-        let h = net[i * (q + 1) + j];
+        net[i * (q + 1) + j]
+    };
+    let tangent = |a: usize, b: usize| {
+        let h = point(a, b);
         h.truncate().truncate() - pole * h.w
     };
-    let (first, last) = (tangent(1, 0), tangent(1, along));
-    let middle = first.try_normalize()? + last.try_normalize()?;
-    if !(1..=across).all(|a| (0..=along).all(|b| middle.dot(tangent(a, b)) > 0.0)) {
-        return None;
-    }
-    let turns = (0..along).map(|b| tangent(1, b).perp_dot(tangent(1, b + 1)));
     let (mut left, mut right) = (false, false);
-    for turn in turns {
-        left |= turn > 0.0;
-        right |= turn < 0.0;
+    for b in 0..along {
+        let (from, to) = (tangent(1, b), tangent(1, b + 1));
+        let turn = from.perp_dot(to);
+        let noise = rounding * point(1, b).w.max(point(1, b + 1).w);
+        let noise = noise * (from.abs() + to.abs()).element_sum() + noise * noise;
+        left |= turn > noise;
+        right |= turn < -noise;
     }
-    (left != right).then(|| Sector::between(first, last))
+    if left == right {
+        return Fan::Folded;
+    }
+    let (first, last) = (tangent(1, 0), tangent(1, along));
+    let middle = first.normalize_or_zero() + last.normalize_or_zero();
+    let ahead = (1..=across).all(|a| (0..=along).all(|b| middle.dot(tangent(a, b)) > 0.0));
+    if ahead { Fan::Sector(Sector::between(first, last)) } else { Fan::Wide }
 }
