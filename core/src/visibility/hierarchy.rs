@@ -17,7 +17,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A cell that is not regular yet is halved at most this often when the hierarchy is built; the rest is done for the
 /// sight lines that need it.
-const BUILD_HALVINGS: u8 = 9;
+const BUILD_HALVINGS: u8 = 7;
 
 /// Most leaves in one node.
 const BUCKET: usize = 4;

@@ -346,7 +346,7 @@ fn triangles_above(patch: &Patch, p: DVec3, n: usize) -> Option<u32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(32))]
 
     #[test]
     fn a_torus_agrees_with_its_quartic(a in 0.0..6.3, b in 0.0..6.3, x in -1.5..1.5, y in -1.5..1.5, z in -1.5..1.5) {
