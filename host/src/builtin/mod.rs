@@ -1,7 +1,8 @@
 //! Models that come with the program, by name.
 //!
-//! All are exact: data of record (the teapot), or formulas. Surfaces that meet share their boundary control points to
-//! the bit, so that stitching finds every seam and crease at any tolerance. Lengths have no unit.
+//! All are exact: data of record (the teapot), or formulas. Surfaces that meet have the same boundary curve, but for
+//! rounding in its evaluation (under 4·10⁻¹⁵ of the model's size), so that stitching finds every seam and crease.
+//! Positive sides point out of solids. Lengths have no unit.
 
 mod fields;
 mod missile;
