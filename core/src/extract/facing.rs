@@ -218,10 +218,15 @@ fn extent(patch: &Patch) -> f64 {
     patch.points.iter().fold(0.0, |m, p| m.max((p.truncate() / p.w).abs().max_element()))
 }
 
+/// Bound of the rounding with which Cartesian view coordinates of a patch arrive.
+pub(super) fn coordinate_rounding(patch: &Patch) -> f64 {
+    INPUT_ROUNDINGS * ROUNDOFF * extent(patch)
+}
+
 /// Whether each edge (u = 0, u = 1, v = 0, v = 1) is one point in space, to the rounding of the coordinates.
 fn collapsed_edges(patch: &Patch) -> [bool; 4] {
     let (p, q, w) = (patch.degree_u, patch.degree_v, patch.degree_v + 1);
-    let near = 2.0 * INPUT_ROUNDINGS * ROUNDOFF * extent(patch);
+    let near = 2.0 * coordinate_rounding(patch);
     let point = |k: usize| patch.points[k].truncate() / patch.points[k].w;
     let one = |first: usize, step: usize, n: usize| {
         let origin: DVec3 = point(first);

@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
-use super::facing::{Facing, FacingForm, LineForm};
+use super::facing::{Facing, FacingForm, LineForm, coordinate_rounding};
 use super::zero_set::{Arc, Axis, Rect, ZeroEnd, zero_set};
 use crate::view::Patch;
 
@@ -196,7 +196,14 @@ pub fn silhouettes_of(
     out.stats.components += zeros.stats.components;
     out.stats.loops += zeros.stats.loops;
     out.undecided.extend(zeros.undecided.iter().map(|&place| UndecidedPlace { patch: index, place }));
-    let mut tracer = Tracer { patch, form, options, stats: &mut out.stats };
+    let mut tracer = Tracer {
+        patch,
+        derivative_rounding: 2.0 * patch.degree_u.max(patch.degree_v) as f64 * coordinate_rounding(patch),
+        gradient_rounding: 2.0 * polynomial.degree_u().max(polynomial.degree_v()) as f64 * form.rounding,
+        form,
+        options,
+        stats: &mut out.stats,
+    };
     for component in &zeros.components {
         let ends = match component.ends {
             None => [CurveEnd::Closed; 2],
@@ -258,10 +265,10 @@ fn walk(form: &FacingForm, segment: &Segment, a: DVec2, b: DVec2, fraction: f64)
 struct Node {
     local: DVec2,
     screen: DVec2,
-    /// Unit normal of the surface; zero at a pole.
+    /// Unit normal of the surface; zero where it is not known (a pole).
     normal: DVec3,
     /// Advance of the screen point along the silhouette, by the normal turned a right angle; it changes sign at cusps
-    /// and nowhere else. Zero where unknown (a pole) and at a cusp.
+    /// and nowhere else. Zero where it is no larger than its rounding, and at a cusp.
     advance: f64,
     cusp: bool,
 }
@@ -275,8 +282,15 @@ struct Path {
 /// Halvings of an arc; the chord error falls by four with each, and by two or more at a point where it is singular.
 const MAX_HALVINGS: u32 = 24;
 
+/// A normal that rounding may tilt by more than this (radians) is not known: near a pole.
+const TILT_MAX: f64 = 1e-3;
+
 struct Tracer<'a> {
     patch: &'a Patch,
+    /// Bound of the rounding in S_u and S_v.
+    derivative_rounding: f64,
+    /// Bound of the rounding in F_u and F_v.
+    gradient_rounding: f64,
     form: &'a FacingForm,
     options: SilhouetteOptions,
     stats: &'a mut SilhouetteStats,
@@ -367,12 +381,23 @@ impl Tracer<'_> {
 
     /// The tangent of F = 0 that has F > 0 on its left is (F_v, −F_u). Its image S_u F_v − S_v F_u projects to a
     /// multiple of the screen normal turned a right angle; the multiple is the advance.
+    ///
+    /// What is no larger than its own rounding counts as 0: an advance of either sign would make a cusp out of nothing
+    /// wherever a silhouette ends in a pole, or in a point where it turns back exactly on the edge of the patch.
     fn node(&self, local: DVec2) -> Node {
         let jet = self.patch.jet(local.x, local.y);
         let [_, fu, fv] = self.form.gradient(local.x, local.y);
-        let normal = jet.normal().try_normalize().unwrap_or(DVec3::ZERO);
+        let (lu, lv) = (jet.du.length(), jet.dv.length());
+        let normal = jet.normal();
+        // Derivatives are known to some roundings of the coordinates times the degree, a cross product accordingly.
+        let tilt = self.derivative_rounding * (lu + lv) / normal.length();
+        let normal = if tilt < TILT_MAX { normal.normalize_or_zero() } else { DVec3::ZERO };
         let tangent = jet.du * fv - jet.dv * fu;
+        let rounding = tangent.length() * tilt
+            + self.derivative_rounding * (fu.abs() + fv.abs())
+            + self.gradient_rounding * (lu + lv);
         let advance = tangent.y * normal.x - tangent.x * normal.y;
+        let advance = if advance.abs() > rounding { advance } else { 0.0 };
         Node { local, screen: jet.p.truncate(), normal, advance, cusp: false }
     }
 }

@@ -4,6 +4,7 @@ use crate::extract::facing::facing_of_all;
 use crate::view::Camera;
 use core::f64::consts::{PI, TAU};
 use glam::DVec4;
+use proptest::prelude::*;
 
 const FINE: SilhouetteOptions = SilhouetteOptions { chord: 1e-4, normal_angle: 0.1 };
 
@@ -160,6 +161,99 @@ fn a_torus_along_its_axis_has_both_equators_on_patch_edges() {
     assert!(found.curves.is_empty() && found.undecided.is_empty());
     assert_eq!(found.edges.len(), 16);
     assert!(found.edges.iter().all(|e| e.multiplicity == 1 && !e.collapsed && e.edge >= 2));
+}
+
+/// Every end of a curve is the end of exactly one other (on the neighbouring patch, or beyond a cusp), so that the
+/// curves close up to loops over the whole surface.
+fn ends_meet(patches: &[Patch], found: &Silhouettes, near: f64) {
+    let end = |c: &TracedCurve, k: usize| patches[c.patch].eval(c.vertices[k].x, c.vertices[k].y);
+    let open = found.curves.iter().filter(|c| !c.is_closed());
+    let ends: Vec<DVec3> = open.flat_map(|c| [end(c, 0), end(c, c.segment_count())]).collect();
+    for (k, a) in ends.iter().enumerate() {
+        let partners = ends.iter().enumerate().filter(|&(l, b)| k != l && (*a - *b).length() < near).count();
+        assert_eq!(partners, 1, "{a} in {ends:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn silhouettes_close_up_over_patches_from_any_view(
+        x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in -1.0..1.0_f64, far in 4.0..50.0_f64, perspective in any::<bool>(),
+    ) {
+        let d = DVec3::new(x, y, z);
+        prop_assume!(d.length() > 0.1);
+        let eye = d.normalize() * far;
+        let camera = if perspective {
+            Camera::perspective(eye, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.3))
+        } else {
+            Camera::orthographic(eye, DVec3::new(0.1, 0.2, 1.3))
+        };
+        let Ok(camera) = camera else { return Ok(()) };
+        for patches in [sphere(&camera), torus(&camera)] {
+            let (_, found) = traced(&patches, FINE);
+            prop_assert!(found.undecided.is_empty());
+            ends_meet(&patches, &found, 1e-7);
+        }
+    }
+}
+
+#[test]
+fn a_torus_has_the_cusps_of_an_ellipses_parallel_curve() {
+    // The outline of a torus is the pair of curves parallel, at the distance of the minor radius, to the ellipse of
+    // its centre circle. The inner one has a cusp wherever it meets the ellipse's evolute: 4, or none.
+    let (a, r) = (2.0, 0.5);
+    for (elevation, count) in [(0.1, 4), (0.3, 4), (0.5, 4), (0.53, 0), (0.8, 0), (1.3, 0)] {
+        let (sin, cos) = (libm::sin(elevation), libm::cos(elevation));
+        // Turned so that no cusp lies on the edge between two patches.
+        let d = DVec3::new(cos * libm::sin(0.4), -cos * libm::cos(0.4), sin);
+        let camera = Camera::orthographic(d, DVec3::Z).unwrap();
+        let patches = torus(&camera);
+        let (_, found) = traced(&patches, FINE);
+        assert_eq!(found.stats.cusps, count, "elevation {elevation}");
+        ends_meet(&patches, &found, 1e-7);
+        let b = a * sin;
+        let s2 = (libm::pow(r * a * b, 2.0 / 3.0) - b * b) / (a * a - b * b);
+        for curve in found.curves.iter().filter(|c| c.ends[1] == CurveEnd::Cusp) {
+            let end = curve.vertices[curve.segment_count()];
+            let p = patches[curve.patch].eval(end.x, end.y).abs();
+            let want_x = (a * a - b * b) / a * libm::pow(1.0 - s2, 1.5);
+            let want_y = (a * a - b * b) / b * libm::pow(s2, 1.5);
+            assert!((p.x - want_x).abs() < 1e-9 && (p.y - want_y).abs() < 1e-9, "{p} {want_x} {want_y}");
+        }
+    }
+}
+
+#[test]
+fn a_cone_has_straight_silhouettes_without_cusps_at_the_apex() {
+    // Radius 2 at z = 0, apex at z = 1.5; N · d = 0 at cos θ + sin θ = −4/3 for d = (1, 1, 1).
+    for (d, mixed) in [(DVec3::ONE, 1), (DVec3::new(1.0, -1.6, 0.75), 1), (DVec3::new(0.3, -1.0, 0.1), 2)] {
+        let camera = Camera::orthographic(d, DVec3::Z).unwrap();
+        let mut patches = Vec::new();
+        for turn in 0..4 {
+            let arc = quarter(turn);
+            let points = arc
+                .iter()
+                .flat_map(|c| [DVec4::new(2.0 * c.x, 2.0 * c.y, 0.0, c.z), DVec4::new(0.0, 0.0, 1.5 * c.z, c.z)]);
+            let points = points.map(|p| camera.matrix() * p).collect();
+            patches.push(Patch { surface: 0, degree_u: 2, degree_v: 1, points, u: [0.0, 1.0], v: [0.0, 1.0] });
+        }
+        let (forms, found) = traced(&patches, FINE);
+        assert_eq!(found.stats.patches, mixed);
+        assert_eq!((found.stats.cusps, found.undecided.len()), (0, 0), "{d}");
+        assert!(forms.iter().all(|f| f.collapsed == [false, false, false, true] && f.edge_factor[3] == 1));
+        // Two silhouettes; for the second view one of them is the edge between two patches, θ = π.
+        let on_edges = found.edges.iter().filter(|e| !e.collapsed).count();
+        assert_eq!(found.curves.len() + on_edges / 2, 2);
+        let apex = camera.project(DVec3::new(0.0, 0.0, 1.5)).unwrap();
+        for curve in &found.curves {
+            let points = sampled(curve, &patches, &forms, 3);
+            assert!(points.iter().any(|p| (*p - apex).length() < 1e-12));
+            let (first, last) = (points[0].truncate(), points[points.len() - 1].truncate());
+            assert!(points.iter().all(|p| distance_to_chord(p.truncate(), first, last) < 1e-12));
+        }
+    }
 }
 
 /// The patch (x, y, z)(u, v) for u and v in [−1, 1], each coordinate given as a polynomial of the two.
