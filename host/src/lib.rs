@@ -1,11 +1,26 @@
 //! Reads models, computes drawings, writes them, and streams them to a plotter.
+//!
+//! | module | does |
+//! |---|---|
+//! | [`cli`], [`options`] | the command line as typed, and what it means |
+//! | [`command`] | one module for each subcommand |
+//! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
+//! | [`page`], [`drawing`] | strokes on paper: scale, place, dashes, order |
+//! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
+//! | [`device`] | plotters as data |
+//! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
 pub mod builtin;
+pub mod cli;
 pub mod command;
 pub mod device;
 pub mod drawing;
 pub mod emit;
+pub mod error;
 pub mod model;
+pub mod options;
+pub mod output;
 pub mod page;
+pub mod progress;
 pub mod protocol;
 pub mod sim;
 pub mod stream;

@@ -1,2 +1,16 @@
 //! The `penvis` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use penvis::cli::Cli;
+
+fn main() -> ExitCode {
+    match Cli::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -31,7 +31,7 @@ pub fn dash(polyline: &Polyline, pattern: DashPattern, out: &mut Vec<Polyline>) 
     // Open: n dashes and n − 1 gaps. Closed: as many gaps as dashes.
     let natural = if closed { length } else { length + gap_mm };
     let count = (natural / (dash_mm + gap_mm)).round();
-    if !(count >= 2.0) {
+    if count.is_nan() || count < 2.0 {
         out.push(polyline.clone());
         return;
     }

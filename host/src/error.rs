@@ -1,0 +1,68 @@
+//! What can go wrong in a command, as the one line that `main` prints.
+
+use std::path::PathBuf;
+
+use penvis_core::view::CameraError;
+use thiserror::Error;
+
+use crate::command::devices::DevicesError;
+use crate::command::ports::PortsError;
+use crate::device::DeviceError;
+use crate::emit::EmitError;
+use crate::model::ModelError;
+use crate::options::OptionError;
+use crate::page::LayoutError;
+
+/// Why a command failed. Each message is one line that says what is wrong, where, and what to do.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Something on the command line.
+    #[error(transparent)]
+    Option(#[from] OptionError),
+    /// A model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A device profile.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The view that the options and the model make together.
+    #[error("--view, --up: {0}")]
+    View(#[from] CameraError),
+    /// The picture does not go on the paper.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    /// An output cannot be made from the drawing.
+    #[error("{path}: {source}", path = path.display())]
+    Emit {
+        /// The output.
+        path: PathBuf,
+        /// Why.
+        source: EmitError,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {path}: {source}; check that the folder is there, can be written and has room", path = path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// JSON cannot be made.
+    #[error("{path}: {source}", path = path.display())]
+    Json {
+        /// The output.
+        path: PathBuf,
+        /// What the serializer said.
+        source: serde_json::Error,
+    },
+    /// Standard output is gone.
+    #[error("cannot write to standard output: {0}")]
+    Output(#[from] std::io::Error),
+    /// From `penvis devices`.
+    #[error(transparent)]
+    Devices(#[from] DevicesError),
+    /// From `penvis ports`.
+    #[error(transparent)]
+    Ports(#[from] PortsError),
+}

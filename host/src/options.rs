@@ -1,0 +1,456 @@
+//! The command line, checked: what it means, and what the defaults are.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use penvis_core::scene::Scene;
+use penvis_core::stroke::CurveKind;
+use thiserror::Error;
+
+use crate::cli::{DrawArgs, DrawingArgs};
+use crate::device::{self, Device, DeviceError, Language, PlaceError};
+use crate::drawing::Page;
+use crate::emit::Format;
+use crate::model::{Projection, View};
+use crate::page::{self, DashPattern, Hidden, Layout, LayoutError, Orientation, SheetError};
+
+/// Kinds that `--curves` knows.
+const KINDS: [CurveKind; 5] =
+    [CurveKind::Boundary, CurveKind::Crease, CurveKind::Silhouette, CurveKind::Iso, CurveKind::Smooth];
+
+/// Most isocurves a direction. More would not be told apart on paper.
+const MOST_ISOS: u32 = 1000;
+
+/// Device that HPGL is written for when none is asked for.
+const DEFAULT_HPGL: &str = "hp7475a";
+
+/// Views by name: direction to the eye, and up.
+const VIEWS: [(&str, DVec3, DVec3); 7] = [
+    ("front", DVec3::NEG_Y, DVec3::Z),
+    ("back", DVec3::Y, DVec3::Z),
+    ("left", DVec3::NEG_X, DVec3::Z),
+    ("right", DVec3::X, DVec3::Z),
+    // x stays to the right in both.
+    ("top", DVec3::Z, DVec3::Y),
+    ("bottom", DVec3::NEG_Z, DVec3::NEG_Y),
+    ("iso", View::ISOMETRIC.eye_direction, DVec3::Z),
+];
+
+/// Why the command line makes no sense.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OptionError {
+    /// A value that its option does not take.
+    #[error("{option} {value}: {problem}")]
+    Value {
+        /// The option.
+        option: &'static str,
+        /// What was given.
+        value: String,
+        /// What is wrong, and what it takes.
+        problem: String,
+    },
+    /// An output of an unknown kind.
+    #[error("{path}: unknown kind of file; the extensions are {known}", path = path.display(), known = Format::extensions())]
+    Extension {
+        /// The output.
+        path: PathBuf,
+    },
+    /// An output that cannot be.
+    #[error("{path}: {problem}", path = path.display())]
+    Output {
+        /// The output.
+        path: PathBuf,
+        /// Why not.
+        problem: String,
+    },
+    /// No such paper.
+    #[error("--paper: {0}")]
+    Sheet(#[from] SheetError),
+    /// The margins leave nothing.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    /// No such device.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The sheet does not go into the device.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+}
+
+fn bad(option: &'static str, value: impl ToString, problem: impl Into<String>) -> OptionError {
+    OptionError::Value { option, value: value.to_string(), problem: problem.into() }
+}
+
+/// What is asked of the view; the model's own fills what is left open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ViewChoice {
+    /// Direction to the eye and the up that goes with it.
+    direction: Option<(DVec3, DVec3)>,
+    up: Option<DVec3>,
+    /// Angle in radians that the model's bounding sphere fills.
+    angle: Option<f64>,
+}
+
+impl ViewChoice {
+    fn new(args: &DrawingArgs) -> Result<Self, OptionError> {
+        let up = args.up.as_deref().map(|text| direction("--up", text)).transpose()?;
+        let direction = args.view.as_deref().map(named_view).transpose()?;
+        let angle = match args.perspective {
+            Some(degrees) if !(degrees > 0.0 && degrees < 180.0) => {
+                return Err(bad(
+                    "--perspective",
+                    degrees,
+                    "is not an angle between 0 and 180 degrees; 30 is a good one",
+                ));
+            }
+            degrees => degrees.map(f64::to_radians),
+        };
+        Ok(Self { direction, up, angle })
+    }
+
+    /// The view of a scene that is stored with `stored`, if with any.
+    ///
+    /// A perspective places the eye so that the bounding sphere of the control points fills its angle.
+    #[must_use]
+    pub fn resolve(&self, stored: Option<View>, scene: &Scene) -> View {
+        let mut view = match self.direction {
+            Some((eye_direction, up)) => View { up, ..View::orthographic(eye_direction) },
+            None => stored.unwrap_or(View::ISOMETRIC),
+        };
+        if let Some(up) = self.up {
+            view.up = up;
+        }
+        if let Some(angle) = self.angle {
+            let towards_eye = match view.projection {
+                Projection::Orthographic => view.eye_direction,
+                Projection::Perspective { eye, target } => eye - target,
+            };
+            let (target, radius) = bounding_sphere(scene);
+            let eye = target + towards_eye.normalize_or_zero() * (radius / (angle / 2.0).sin());
+            view = View { up: view.up, ..View::perspective(eye, target) };
+        }
+        view
+    }
+}
+
+/// A sphere round all control points, and so round the surfaces: the middle of their box, and the largest distance from it.
+fn bounding_sphere(scene: &Scene) -> (DVec3, f64) {
+    let points = || scene.surfaces.iter().flat_map(|s| s.surface.homogeneous()).map(|h| h.truncate() / h.w);
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    if low.cmpgt(high).any() {
+        return (DVec3::ZERO, 1.0);
+    }
+    let middle = low + (high - low) / 2.0;
+    let radius = points().map(|p| p.distance(middle)).fold(0.0, f64::max);
+    (middle, if radius > 0.0 { radius } else { 1.0 })
+}
+
+fn named_view(text: &str) -> Result<(DVec3, DVec3), OptionError> {
+    if let Some((_, eye, up)) = VIEWS.iter().find(|view| view.0.eq_ignore_ascii_case(text.trim())) {
+        return Ok((*eye, *up));
+    }
+    let names = || VIEWS.map(|view| view.0).join(", ");
+    let eye = direction("--view", text)
+        .map_err(|_| bad("--view", text, format!("is neither a direction X,Y,Z nor one of {}", names())))?;
+    // From above or below there is no upwards along z.
+    let up = if eye.x == 0.0 && eye.y == 0.0 { DVec3::Y } else { DVec3::Z };
+    Ok((eye, up))
+}
+
+fn direction(option: &'static str, text: &str) -> Result<DVec3, OptionError> {
+    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match (numbers.as_slice(), text.split(',').count()) {
+        (&[x, y, z], 3) if DVec3::new(x, y, z).try_normalize().is_some() => Ok(DVec3::new(x, y, z)),
+        _ => Err(bad(option, text, "is not a direction; give three finite numbers X,Y,Z that are not all zero")),
+    }
+}
+
+/// What is drawn, and on which paper.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawingOptions {
+    /// Names and paths of models, at least one.
+    pub models: Vec<String>,
+    /// From where.
+    pub view: ViewChoice,
+    /// The kinds that are inked.
+    pub curves: BTreeSet<CurveKind>,
+    /// Isocurves a direction; 0 when none are inked.
+    pub iso: u32,
+    /// What becomes of hidden curves.
+    pub hidden: Hidden,
+    /// Largest distance in mm between a curve and its polyline.
+    pub tolerance_mm: f64,
+    /// The sheet.
+    pub page: Page,
+    /// Margin on all sides in mm.
+    pub margin_mm: f64,
+}
+
+impl DrawingOptions {
+    /// Checks the arguments.
+    ///
+    /// # Errors
+    /// [`OptionError`] with the option and what it takes.
+    pub fn new(models: &[String], args: &DrawingArgs) -> Result<Self, OptionError> {
+        let page = page::sheet(&args.paper, orientation(args))?;
+        let margin_mm = args.margin.unwrap_or_else(|| page::default_margin_mm(page));
+        if !(margin_mm.is_finite() && margin_mm >= 0.0) {
+            return Err(bad("--margin", margin_mm, "is not a length in mm; give 0 or more"));
+        }
+        Layout::room(page, margin_mm)?;
+        if !(args.tolerance.is_finite() && args.tolerance > 0.0) {
+            return Err(bad("--tolerance", args.tolerance, "is not a positive length in mm; 0.01 is a good one"));
+        }
+        if args.iso > MOST_ISOS {
+            return Err(bad("--iso", args.iso, format!("is too many; give {MOST_ISOS} at most")));
+        }
+        let mut curves = kinds(&args.curves)?;
+        if args.iso == 0 {
+            curves.remove(&CurveKind::Iso);
+        }
+        let iso = if curves.contains(&CurveKind::Iso) { args.iso } else { 0 };
+        let hidden = match args.hidden.as_str() {
+            "omit" => Hidden::Omit,
+            "dashed" => Hidden::Dashed(DashPattern::default()),
+            "layer" => Hidden::Layer,
+            other => return Err(bad("--hidden", other, "is not one of omit, dashed, layer")),
+        };
+        let (models, view) = (models.to_vec(), ViewChoice::new(args)?);
+        Ok(Self { models, view, curves, iso, hidden, tolerance_mm: args.tolerance, page, margin_mm })
+    }
+}
+
+fn orientation(args: &DrawingArgs) -> Option<Orientation> {
+    match (args.landscape, args.portrait) {
+        (_, true) => Some(Orientation::Portrait),
+        (true, _) => Some(Orientation::Landscape),
+        _ => None,
+    }
+}
+
+fn kinds(text: &str) -> Result<BTreeSet<CurveKind>, OptionError> {
+    let mut kinds = BTreeSet::new();
+    for word in text.split(',').map(str::trim) {
+        // The curves along trims are boundaries of the trimmed surface.
+        let name = if word == "trim" { CurveKind::Boundary.name() } else { word };
+        let kind = KINDS.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
+            bad("--curves", text, format!("`{word}` is not one of {}", KINDS.map(CurveKind::name).join(", ")))
+        })?;
+        kinds.insert(kind);
+    }
+    Ok(kinds)
+}
+
+/// A file to be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Where.
+    pub path: PathBuf,
+    /// What.
+    pub format: Format,
+}
+
+/// What `penvis draw` is to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawOptions {
+    /// What is drawn, and on which paper.
+    pub drawing: DrawingOptions,
+    /// The files to be written.
+    pub outputs: Vec<Output>,
+    /// The plotter that G-code is written for.
+    pub gcode: Device,
+    /// The plotter that HPGL is written for.
+    pub hpgl: Device,
+    /// The plotter whose speeds the estimate uses: the one asked for, or the default one.
+    pub estimated: Device,
+    /// Width of the pen in mm.
+    pub pen_width_mm: f64,
+    /// Where the stats go.
+    pub stats: Option<PathBuf>,
+}
+
+impl DrawOptions {
+    /// Checks the arguments, and all that can be checked of the outputs before anything is computed.
+    ///
+    /// # Errors
+    /// [`OptionError`] with the option or the output.
+    pub fn new(args: &DrawArgs) -> Result<Self, OptionError> {
+        let mut outputs = Vec::new();
+        for path in &args.output {
+            let format = Format::of_path(path).ok_or_else(|| OptionError::Extension { path: path.clone() })?;
+            outputs.push(Output { path: path.clone(), format });
+        }
+        let drawing = DrawingOptions::new(&args.models, &args.drawing)?;
+        check_paths(args)?;
+        if !(args.pen_width.is_finite() && args.pen_width > 0.0) {
+            return Err(bad("--pen-width", args.pen_width, "is not a positive width in mm"));
+        }
+        let asked = args.device.as_deref().map(device::find).transpose()?;
+        let or_default = |default: &str, speaks: fn(&Language) -> bool| match &asked {
+            Some(device) if speaks(&device.language) => Ok(device.clone()),
+            _ => device::find(default),
+        };
+        let gcode = or_default(device::DEFAULT, |language| matches!(language, Language::Grbl(_)))?;
+        let hpgl = or_default(DEFAULT_HPGL, |language| matches!(language, Language::Hpgl(_)))?;
+        for output in &outputs {
+            let device = match output.format {
+                Format::Gcode => &gcode,
+                Format::Hpgl => &hpgl,
+                _ => continue,
+            };
+            if asked.as_ref().is_some_and(|asked| asked.language.name() != device.language.name()) {
+                let name = args.device.as_deref().unwrap_or_default();
+                let problem =
+                    format!("does not speak the language of {}; leave it out for a common one", output.path.display());
+                return Err(bad("--device", name, problem));
+            }
+            device.place(drawing.page)?;
+        }
+        let estimated = asked.unwrap_or_else(|| gcode.clone());
+        let (pen_width_mm, stats) = (args.pen_width, args.stats.clone());
+        Ok(Self { drawing, outputs, gcode, hpgl, estimated, pen_width_mm, stats })
+    }
+}
+
+/// Refuses outputs that are the same, are a model, are no regular file, or have no folder.
+fn check_paths(args: &DrawArgs) -> Result<(), OptionError> {
+    let models: Vec<_> = args.models.iter().filter_map(|model| Path::new(model).canonicalize().ok()).collect();
+    let mut seen = BTreeSet::new();
+    for path in args.output.iter().chain(&args.stats) {
+        let refuse = |problem: String| Err(OptionError::Output { path: path.clone(), problem });
+        let folder = folder(path);
+        let (Ok(folder), Some(name)) = (folder.canonicalize(), path.file_name()) else {
+            return refuse(format!("there is no folder {}; make it first", folder.display()));
+        };
+        if path.exists() && !path.is_file() {
+            return refuse("is there, and is not a regular file; choose another name".into());
+        }
+        if path.canonicalize().is_ok_and(|path| models.contains(&path)) {
+            return refuse("is the model; choose another name for the output".into());
+        }
+        if !seen.insert(folder.join(name)) {
+            return refuse("is asked for twice".into());
+        }
+    }
+    Ok(())
+}
+
+/// The folder that a file is in.
+#[must_use]
+pub fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::model;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: DrawArgs,
+    }
+
+    fn options(words: &str) -> Result<DrawOptions, OptionError> {
+        DrawOptions::new(&Line::try_parse_from(format!("penvis {words}").split_whitespace()).unwrap().args)
+    }
+
+    fn view(words: &str) -> View {
+        let stored = View::perspective(DVec3::new(3.0, -4.0, 1.0), DVec3::Z);
+        let scene = model::load(&["saddle".into()]).unwrap().scene;
+        options(&format!("saddle -o a.svg {words}")).unwrap().drawing.view.resolve(Some(stored), &scene)
+    }
+
+    #[test]
+    fn the_view_is_the_stored_one_unless_asked_otherwise() {
+        assert_eq!(view("").projection, Projection::Perspective { eye: DVec3::new(3.0, -4.0, 1.0), target: DVec3::Z });
+        assert_eq!(view("--view front"), View::orthographic(DVec3::NEG_Y));
+        assert_eq!(view("--view -1,-2,.5"), View::orthographic(DVec3::new(-1.0, -2.0, 0.5)));
+        assert_eq!(view("--view 0,0,2").up, DVec3::Y);
+        assert_eq!(view("--up -1,0,0").up, DVec3::NEG_X);
+        for (name, ..) in VIEWS {
+            view(&format!("--view {name}")).camera().unwrap();
+        }
+        for flat in ["top", "bottom"] {
+            let x = view(&format!("--view {flat}")).camera().unwrap().project(DVec3::X).unwrap();
+            assert_eq!(x.truncate(), glam::DVec2::X);
+        }
+    }
+
+    #[test]
+    fn a_perspective_holds_the_model() {
+        let seen = view("--view iso --perspective 40");
+        let Projection::Perspective { eye, target } = seen.projection else { panic!("{seen:?}") };
+        let scene = model::load(&["saddle".into()]).unwrap().scene;
+        let widest = scene.surfaces[0].surface.homogeneous().iter().map(|h| {
+            let p = h.truncate() / h.w;
+            (p - eye).angle_between(target - eye).to_degrees()
+        });
+        let widest = widest.fold(0.0, f64::max);
+        assert!(widest <= 20.0 && widest > 10.0, "{widest}");
+    }
+
+    #[test]
+    fn defaults() {
+        let options = options("saddle -o a.svg").unwrap();
+        let names: Vec<_> = options.drawing.curves.iter().map(|kind| kind.name()).collect();
+        assert_eq!(names, ["boundary", "crease", "silhouette", "iso"]);
+        assert_eq!((options.drawing.iso, options.drawing.margin_mm), (8, 15.0));
+        assert_eq!(options.drawing.page, Page { width_mm: 297.0, height_mm: 210.0 });
+        assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, DEFAULT_HPGL));
+    }
+
+    #[test]
+    fn isocurves_are_counted_only_when_inked() {
+        for words in ["--curves boundary,trim", "--iso 0"] {
+            let options = options(&format!("saddle -o a.json {words}")).unwrap().drawing;
+            assert_eq!(options.iso, 0);
+            assert!(!options.curves.contains(&CurveKind::Iso));
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_with_its_option() {
+        let table = [
+            ("--view up", "--view up: "),
+            ("--view 0,0,0", "--view 0,0,0: "),
+            ("--view 1,2", "--view 1,2: "),
+            ("--view 1,2,3,4", "--view "),
+            ("--up 1,2,nan", "--up 1,2,nan: "),
+            ("--perspective 180", "--perspective 180: "),
+            ("--perspective nan", "--perspective NaN: "),
+            ("--curves silhouete", "`silhouete` is not one of boundary"),
+            ("--curves iso,", "`` is not one of"),
+            ("--iso 1001", "--iso 1001: "),
+            ("--hidden no", "--hidden no: "),
+            ("--tolerance 0", "--tolerance 0: "),
+            ("--tolerance inf", "--tolerance inf: "),
+            ("--paper a9", "--paper: there is no paper `a9`"),
+            ("--margin 105", "leaves no room"),
+            ("--margin nan", "--margin NaN: "),
+            ("--pen-width 0", "--pen-width 0: "),
+            ("--device nobody", "there is no device `nobody`"),
+            ("-o b.pdf", "b.pdf: unknown kind of file; the extensions are .svg"),
+            ("-o a.svg", "a.svg: is asked for twice"),
+            ("-o ./a.svg", "./a.svg: is asked for twice"),
+            ("-o nowhere/b.svg", "nowhere/b.svg: there is no folder nowhere"),
+            ("-o b.gcode --device hp7475a", "--device hp7475a: does not speak the language of b.gcode"),
+            ("-o b.gcode --paper a2", "larger than the reach"),
+            ("-o b.plt --paper a2", "its papers are"),
+        ];
+        for (words, expected) in table {
+            let message = options(&format!("saddle -o a.svg {words}")).unwrap_err().to_string();
+            assert!(message.contains(expected), "{words} gave {message:?}");
+            assert!(!message.contains('\n'), "{message:?}");
+        }
+    }
+}
