@@ -1,7 +1,7 @@
 //! What is said on the line to a plotter, as state machines without I/O: bytes and the time go in, bytes and events come out.
 //!
 //! [`grbl`] speaks G-code with GRBL's line protocol, [`hpgl`] speaks HPGL with its device control instructions.
-//! [`crate::stream`] connects either with a port.
+//! [`start`] takes the one that a device speaks, and [`crate::stream`] connects it with a port.
 
 use std::fmt;
 use std::time::Duration;
@@ -10,6 +10,9 @@ use thiserror::Error;
 
 pub mod grbl;
 pub mod hpgl;
+mod start;
+
+pub use start::{Conversation, JobError, start};
 
 /// A conversation with a plotter that sends it one job.
 pub trait Protocol {

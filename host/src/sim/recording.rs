@@ -18,7 +18,8 @@ pub enum PenSense {
         /// Level with the pen down.
         down: u16,
     },
-    /// By the steps of the Z axis: down at and below this many.
+    /// By the steps of the Z axis: down at and below this many. Until it was above them once it counts as up: the height in which the
+    /// machine is switched on is unknown.
     Z {
         /// Steps from the origin.
         down_steps: i64,
@@ -134,6 +135,8 @@ pub(super) struct Recorder {
     position: [i64; AXES],
     steps: [u64; AXES],
     servo: Servo,
+    /// Whether the Z axis was above the border once.
+    raised: bool,
     pen_down: bool,
     trace: Simplifier,
     /// Whether the trace has moved.
@@ -145,20 +148,19 @@ impl Recorder {
     pub(super) fn new(sense: PenSense, settings: &Settings) -> Self {
         let [x, y, _] = settings.steps_per_mm();
         let step_mm = DVec2::new(1.0 / x, 1.0 / y);
-        let mut recorder = Self {
+        Self {
             sense,
             step_mm,
             negative: Axes::NONE,
             position: [0; AXES],
             steps: [0; AXES],
             servo: Servo::Off,
+            raised: false,
             pen_down: false,
             trace: Simplifier::new(DVec2::ZERO, 0.5 * step_mm.min_element()),
             moved: false,
             traces: Vec::new(),
-        };
-        recorder.pen_down = recorder.senses_down();
-        recorder
+        }
     }
 
     /// All that was recorded, up to now.
@@ -173,7 +175,7 @@ impl Recorder {
     fn senses_down(&self) -> bool {
         match self.sense {
             PenSense::Servo { .. } => self.sense.servo_is_down(self.servo),
-            PenSense::Z { down_steps } => self.position[2] <= down_steps,
+            PenSense::Z { down_steps } => self.raised && self.position[2] <= down_steps,
         }
     }
 
@@ -213,6 +215,7 @@ impl Hardware for Recorder {
             self.trace.push(self.at());
         }
         if axes.contains(2) {
+            self.raised |= matches!(self.sense, PenSense::Z { down_steps } if self.position[2] > down_steps);
             self.sense();
         }
     }
@@ -297,6 +300,7 @@ mod tests {
     #[test]
     fn a_pen_on_the_z_axis() {
         let mut r = recorder(Pen::Z { up_mm: 3.0, down_mm: 0.0, feed: 1000.0 });
+        assert!(!r.pen_down);
         repeat(&mut r, Z, 240);
         assert!(!r.pen_down);
         r.set_directions(Z);

@@ -4,6 +4,7 @@
 //! which is told the time by a [`Clock`]: that of the wall, or the simulated plotter's own.
 
 mod clock;
+mod terminal;
 
 use std::io::{self, ErrorKind};
 use std::time::Duration;
@@ -12,6 +13,7 @@ use serialport::SerialPort;
 use thiserror::Error;
 
 pub use clock::{Clock, WallClock};
+pub use terminal::Terminal;
 
 use crate::protocol::{Event, Fault, Place, Progress, Protocol};
 

@@ -80,7 +80,7 @@ impl Write for FaultyPort {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.calls += 1;
         let taken = match self.trouble {
-            Trouble::WritesSlowly if self.calls % 2 == 0 => return Err(ErrorKind::TimedOut.into()),
+            Trouble::WritesSlowly if self.calls.is_multiple_of(2) => return Err(ErrorKind::TimedOut.into()),
             Trouble::WritesSlowly => &bytes[..1],
             Trouble::BrokenPipeAfter(count) if self.bytes_read >= count => return Err(ErrorKind::BrokenPipe.into()),
             Trouble::TakesNothingAfter(count) if self.bytes_written >= count => return Err(ErrorKind::TimedOut.into()),

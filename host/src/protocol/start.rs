@@ -1,0 +1,87 @@
+//! From a device and a job to the conversation that they need.
+
+use thiserror::Error;
+
+use super::{Protocol, grbl, hpgl};
+use crate::device::{Device, Language, Pen};
+
+/// A conversation that has not begun.
+pub struct Conversation {
+    /// Says what is to be said.
+    pub protocol: Box<dyn Protocol>,
+    /// First line at which the job waits for its user, from 1.
+    pub first_pause: Option<usize>,
+}
+
+/// A job that must not be sent.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum JobError {
+    /// G-code.
+    #[error(transparent)]
+    Gcode(#[from] grbl::JobError),
+    /// HPGL.
+    #[error(transparent)]
+    Hpgl(#[from] hpgl::JobError),
+}
+
+/// Checks a job, in the language of the device, and gets ready to send it. `baud` is the speed of the line.
+///
+/// # Errors
+/// [`JobError`]: the job must not be sent.
+pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, JobError> {
+    match &device.language {
+        Language::Grbl(gcode) => {
+            let job = grbl::Job::new(&String::from_utf8_lossy(job), gcode.line_limit)?;
+            let pause = job.lines().iter().find(|line| matches!(line.turn, grbl::Turn::Pause(_)));
+            let first_pause = pause.map(|line| line.number);
+            let options = grbl::Options {
+                rx_bytes: gcode.rx_bytes,
+                servo: matches!(gcode.pen, Pen::Servo { .. }),
+                lift: lift(&gcode.pen),
+                baud,
+            };
+            Ok(Conversation { protocol: Box::new(grbl::Grbl::new(job, options)), first_pause })
+        }
+        Language::Hpgl(language) => {
+            let options = hpgl::Options { buffer_bytes: language.buffer_bytes, baud };
+            let protocol = hpgl::Hpgl::new(hpgl::Job::new(job)?, options);
+            Ok(Conversation { protocol: Box::new(protocol), first_pause: None })
+        }
+    }
+}
+
+/// Lines that lift the pen after a reset, which leaves the controller with its defaults: G21, G90.
+fn lift(pen: &Pen) -> Vec<String> {
+    match pen {
+        Pen::Servo { up, .. } => vec![format!("M3S{up}")],
+        Pen::Z { up_mm, .. } => vec![format!("G21G90G0Z{up_mm:.3}")],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::find;
+
+    #[test]
+    fn each_device_has_its_language() {
+        for name in crate::device::names() {
+            let device = find(name).unwrap();
+            let (right, wrong): (&[u8], &[u8]) = match device.language {
+                Language::Grbl(_) => (b"G21\n(c)\nM0\n", b"; \n"),
+                Language::Hpgl(_) => (b"IN;", b"12"),
+            };
+            let conversation = start(right, &device, 9600).unwrap();
+            assert_eq!(conversation.first_pause.is_some(), matches!(device.language, Language::Grbl(_)));
+            assert!(start(wrong, &device, 9600).is_err());
+        }
+        assert_eq!(start(b"G21\n(c)\nM0\n", &find("penvis").unwrap(), 9600).unwrap().first_pause, Some(3));
+    }
+
+    #[test]
+    fn the_pen_is_lifted_as_it_is_made() {
+        assert_eq!(lift(&Pen::Servo { up: 5, down: 90, raise_s: 0.1, lower_s: 0.1 }), ["M3S5"]);
+        assert_eq!(lift(&Pen::Z { up_mm: 3.0, down_mm: 0.0, feed: 1.0 }), ["G21G90G0Z3.000"]);
+    }
+}
