@@ -72,11 +72,12 @@ impl Univariate {
     }
 
     /// As [`roots`](Self::roots), with coefficients known to be right to ±`noise` only. Where no value exceeds the noise
-    /// there is a cluster; a polynomial with no coefficient beyond the noise has no roots to speak of, and none is given.
+    /// there is a cluster; a polynomial with no coefficient beyond the noise, or with one that is not finite,
+    /// has no roots to speak of, and none is given.
     #[must_use]
     pub fn roots_above(&self, noise: f64) -> Vec<Root> {
-        let scale = self.magnitude();
-        if !(scale > noise && scale.is_finite()) {
+        let noise = noise.max(0.0);
+        if self.magnitude() <= noise || !self.coefficients().iter().all(|c| c.is_finite()) {
             return Vec::new();
         }
         let mut roots = Vec::new();
@@ -253,22 +254,31 @@ fn bracketed(f: impl Fn(f64) -> f64, x: [f64; 2], y: [f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use alloc::vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
 
     fn from_roots(roots: &[f64]) -> Univariate {
         roots.iter().fold(Univariate::constant(1.0), |p, r| p.mul(&Univariate::new(vec![-r, 1.0 - r])))
     }
 
-    #[test]
-    fn planted_roots_are_all_found() {
-        let want = [0.0, 0.1, 0.1001, 0.5, 0.9, 1.0];
-        let got = from_roots(&want).roots();
+    fn assert_all_simple(want: &[f64], tolerance: f64) {
+        let got = from_roots(want).roots();
         assert_eq!(got.len(), want.len(), "{got:?}");
         for (g, w) in got.iter().zip(want) {
-            assert!((g.t - w).abs() < 1e-9, "{g:?} {w}");
+            assert!((g.t - w).abs() < tolerance, "{g:?} {w}");
             assert_eq!(g.kind, RootKind::Simple);
         }
+    }
+
+    #[test]
+    fn planted_roots_are_all_found() {
+        assert_all_simple(&[0.0, 0.1, 0.1001, 0.5, 0.9, 1.0], 1e-9);
+        assert_all_simple(&[1e-12, 0.5, 1.0 - 1e-12], 1e-15);
+        // A value of p between these two is some 10⁻¹¹ of the coefficients, a thousand times the noise.
+        assert_all_simple(&[0.3, 0.300_01, 0.7], 1e-9);
     }
 
     #[test]
@@ -290,6 +300,37 @@ mod tests {
     }
 
     #[test]
+    fn roots_a_few_ulps_apart_are_one_cluster() {
+        for ulps in 1..5 {
+            let near = 0.3 + f64::from(ulps) * 5.6e-17;
+            let got = from_roots(&[0.3, near, 0.8, 0.8 + f64::from(ulps) * 1.2e-16]).roots();
+            assert_eq!(got.len(), 2, "{got:?}");
+            assert!((got[0].t - 0.3).abs() < 1e-12 && got[0].kind == RootKind::Cluster, "{got:?}");
+            assert!((got[1].t - 0.8).abs() < 1e-12 && got[1].kind == RootKind::Cluster, "{got:?}");
+        }
+    }
+
+    #[test]
+    fn a_triple_root_is_one_cluster() {
+        let got = from_roots(&[0.37, 0.37, 0.37]).roots();
+        assert_eq!(got.len(), 1, "{got:?}");
+        // The cube root of the noise is the resolution.
+        assert!((got[0].t - 0.37).abs() < 3e-5 && got[0].kind == RootKind::Cluster, "{got:?}");
+    }
+
+    #[test]
+    fn a_near_miss_counts_within_the_noise_only() {
+        let square = from_roots(&[0.3, 0.3]);
+        let lifted = |by: f64| square.add(&Univariate::constant(by));
+        assert_eq!(lifted(1e-16).roots().len(), 1);
+        assert_eq!(lifted(1e-12).roots().len(), 0);
+        assert_eq!(lifted(-1e-12).roots().len(), 2);
+        let told = lifted(1e-12).roots_above(1e-11);
+        assert_eq!(told.len(), 1);
+        assert!((told[0].t - 0.3).abs() < 1e-12 && told[0].kind == RootKind::Cluster, "{told:?}");
+    }
+
+    #[test]
     fn multiple_roots_at_the_ends_are_reported_there() {
         let got = from_roots(&[0.0, 0.0, 0.4, 1.0, 1.0, 1.0]).roots();
         assert_eq!(got.len(), 3, "{got:?}");
@@ -299,8 +340,84 @@ mod tests {
     }
 
     #[test]
+    fn all_roots_of_degree_26() {
+        // Equally spaced roots: values between them are some 10⁻⁹ of the coefficients. The condition number of the root
+        // (Farouki and Rajan 1987, CAGD 4, eq. 21) times the rounding of the 26 products and of de Casteljau.
+        for want in [
+            (1..=26).map(|i| f64::from(i) / 27.0).collect::<Vec<f64>>(),
+            (0..=25).map(|i| f64::from(i) / 25.0).collect(),
+        ] {
+            let p = from_roots(&want);
+            let (d, size) = (p.derivative(), Univariate::new(p.coefficients().iter().map(|c| c.abs()).collect()));
+            let got = p.roots();
+            assert_eq!(got.len(), 26, "{got:?}");
+            for (g, w) in got.iter().zip(want) {
+                let condition = size.eval(w) / d.eval(w).abs();
+                assert!((g.t - w).abs() <= 52.0 * f64::EPSILON * condition, "{g:?} {w} {condition:e}");
+                assert_eq!(g.kind, RootKind::Simple);
+            }
+        }
+    }
+
+    #[test]
     fn no_root_and_no_polynomial() {
         assert!(Univariate::new(vec![1.0, 2.0, 0.5]).roots().is_empty());
         assert!(Univariate::new(vec![0.0, 0.0]).roots().is_empty());
+        assert!(Univariate::new(vec![3.0]).roots().is_empty());
+        assert!(Univariate::new(vec![f64::NAN, 1.0]).roots().is_empty());
+        assert!(Univariate::new(vec![f64::INFINITY, -1.0]).roots().is_empty());
+        assert!(Univariate::new(vec![1.0, -1.0]).roots_above(1.0).is_empty());
+    }
+
+    /// Coefficients of any sign, with zeros and tiny values among them.
+    fn polynomials() -> impl Strategy<Value = Univariate> {
+        let c = prop_oneof![4 => -1.0..1.0_f64, 1 => Just(0.0), 1 => -1e-9..1e-9_f64, 1 => -1e-15..1e-15_f64];
+        prop::collection::vec(c, 1..28).prop_map(Univariate::new)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(512) })]
+
+        #[test]
+        fn roots_are_in_order_and_the_polynomial_is_noise_there(p in polynomials()) {
+            let roots = p.roots();
+            prop_assert!(roots.windows(2).all(|w| w[0].t < w[1].t), "{roots:?}");
+            for r in &roots {
+                prop_assert!((0.0..=1.0).contains(&r.t));
+                prop_assert!(p.eval(r.t).abs() <= 1.1e-14 * p.magnitude(), "{r:?} {}", p.eval(r.t));
+            }
+        }
+
+        #[test]
+        fn no_change_of_sign_is_without_a_root(p in polynomials()) {
+            let roots = p.roots();
+            let noise = 2e-14 * p.magnitude();
+            let decided: Vec<(f64, f64)> =
+                (0..=400).map(|i| f64::from(i) / 400.0).map(|t| (t, p.eval(t))).filter(|(_, y)| y.abs() > noise).collect();
+            for w in decided.windows(2) {
+                let between = roots.iter().filter(|r| w[0].0 < r.t && r.t < w[1].0);
+                if (w[0].1 < 0.0) != (w[1].1 < 0.0) {
+                    prop_assert!(between.count() > 0, "lost between {} and {}", w[0].0, w[1].0);
+                } else {
+                    // Simple roots come in pairs here, clusters as they like.
+                    let kinds: Vec<_> = between.map(|r| r.kind).collect();
+                    prop_assert!(kinds.contains(&RootKind::Cluster) || kinds.len() % 2 == 0, "{kinds:?}");
+                }
+            }
+        }
+
+        #[test]
+        fn scaling_moves_no_root(p in polynomials(), e in -300..300_i32) {
+            // A power of two is exact, as long as nothing underflows: the tiniest coefficients are dropped.
+            let coarse = |c: &f64| if c.abs() < 1e-12 { 0.0 } else { *c };
+            let p = Univariate::new(p.coefficients().iter().map(coarse).collect());
+            prop_assert_eq!(p.roots(), p.scaled(libm::ldexp(1.0, e)).roots());
+        }
+
+        #[test]
+        fn well_separated_roots_are_all_simple(gaps in prop::collection::vec(0.05..0.2_f64, 1..8)) {
+            let roots: Vec<f64> = gaps.iter().scan(0.0, |t, g| { *t += g; Some(*t) }).filter(|&t| t < 1.0).collect();
+            assert_all_simple(&roots, 1e-10);
+        }
     }
 }
