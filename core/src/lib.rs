@@ -25,11 +25,15 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+pub mod arrange;
 pub mod bernstein;
 pub mod extract;
+pub mod line;
 pub mod nurbs;
+pub mod pipeline;
 pub mod scene;
 pub mod shape;
+pub mod stitch;
 pub mod stroke;
 pub mod view;
 pub mod visibility;

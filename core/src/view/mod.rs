@@ -6,7 +6,10 @@
 
 mod camera;
 mod patch;
+mod scene;
 
 pub use camera::{Camera, CameraError};
 pub(crate) use patch::net_jet;
 pub use patch::{Jet, MAX_DEGREE, Patch};
+pub(crate) use patch::{curve_jet, curve_point};
+pub use scene::{SurfaceGrid, ViewError, ViewScene};

@@ -8,11 +8,13 @@
 //!
 //! What a point lies on is excluded by identity, surface and parameters, never by an offset in depth.
 
+mod classify;
 mod coverage;
 mod hierarchy;
 mod leaf;
 mod ray;
 
+pub use classify::{ClassifyOptions, Sighting, UndecidedPlace, VisibilityStats, classify};
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 

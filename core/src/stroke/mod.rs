@@ -1,4 +1,13 @@
 //! Strokes: what the pen draws.
+//!
+//! Neighbouring pieces of equal visibility are joined, flattened to polylines, and chained where they continue one
+//! another.
+
+mod chain;
+mod flatten;
+
+pub use chain::chain;
+pub use flatten::flatten;
 
 use alloc::vec::Vec;
 

@@ -1,0 +1,217 @@
+//! Where two arcs meet on the screen: strips, cone test, Newton, and subdivision between them (Elber and Cohen 1989, §4).
+
+use alloc::vec::Vec;
+
+use glam::DVec2;
+
+use super::arc::{Arc, Strip};
+
+/// A meeting of two arcs on the screen, by curve parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Meeting {
+    /// They cross, or touch at an end.
+    Crossing { a: f64, b: f64, za: f64, zb: f64 },
+    /// They run within the resolution of each other over an interval of the first: coincident, or tangent.
+    Overlap { a: [f64; 2], b: [f64; 2], za: f64, zb: f64 },
+}
+
+/// Work done by intersecting.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Work {
+    pub(crate) subdivisions: u64,
+    pub(crate) newton: u64,
+}
+
+/// How far a crossing's Bézier parameter may lie outside [0, 1]: neighbouring arcs share their ends to rounding, so a
+/// crossing at a joint is found from both and merged, never lost.
+const END_SLACK: f64 = 1e-7;
+
+/// Finds every meeting of `first` and `second`; those nearer together than `resolution` (screen units) are one.
+pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work) {
+    recurse(first, second, resolution, out, work, 0);
+}
+
+/// Each level halves one arc; 2⁻⁵⁰ of any arc is below the resolution of its coordinates.
+const MAX_DEPTH: u32 = 100;
+
+fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work, depth: u32) {
+    let slack = DVec2::splat(resolution);
+    if (a.lo - slack).cmpgt(b.hi).any() || (b.lo - slack).cmpgt(a.hi).any() {
+        return;
+    }
+    let (mut sa, mut sb) = (a.strip(), b.strip());
+    for s in [&mut sa, &mut sb] {
+        s.lo -= 0.5 * resolution;
+        s.hi += 0.5 * resolution;
+    }
+    if sa.excludes(b) || sb.excludes(a) {
+        return;
+    }
+    let limit = 3.0 * resolution + 2.0 * (a.error + b.error);
+    let straight = sa.width().max(sb.width()) <= limit;
+    if sa.cones_apart(&sb) {
+        // Arcs that are straight to the limit cross where their chords do, or not at all; an end may be short of the
+        // other arc by the limit. Without this end to the subdivision two arcs that touch would be cut into as many
+        // parts as their contact is resolutions long.
+        let short = |s: &Strip| if s.length > 0.0 { limit / s.length } else { 1.0 };
+        let slack = if straight { END_SLACK + short(&sa).max(short(&sb)).min(0.5) } else { END_SLACK };
+        let found = newton(a, b, &sa, &sb, slack, work);
+        if straight || found.is_some() {
+            out.extend(found);
+            return;
+        }
+    } else if straight && (beside(&sa, b, limit) || beside(&sb, a, limit)) || depth >= MAX_DEPTH {
+        out.extend(overlap(a, b, &sa, &sb));
+        return;
+    }
+    work.subdivisions += 1;
+    let size = |arc: &Arc| (arc.hi - arc.lo).length_squared();
+    if size(a) >= size(b) {
+        let (l, r) = a.halves();
+        recurse(&l, b, resolution, out, work, depth + 1);
+        recurse(&r, b, resolution, out, work, depth + 1);
+    } else {
+        let (l, r) = b.halves();
+        recurse(a, &l, resolution, out, work, depth + 1);
+        recurse(a, &r, resolution, out, work, depth + 1);
+    }
+}
+
+fn crossing(a: &Arc, x: f64, b: &Arc, y: f64) -> Meeting {
+    let (pa, pb) = (a.jet(x).0, b.jet(y).0);
+    Meeting::Crossing { a: a.param(x), b: b.param(y), za: pa.z, zb: pb.z }
+}
+
+/// Whether both ends of `arc` lie within `limit` of the strip's chord line.
+fn beside(s: &Strip, arc: &Arc, limit: f64) -> bool {
+    let off = |p: DVec2| (p - s.origin).dot(s.dir.perp()).abs();
+    let (p, q) = arc.ends();
+    off(p).max(off(q)) <= limit
+}
+
+/// Newton's method from the crossing of the chords. `None` if it leaves the arcs by more than `slack` of their
+/// parameter, or does not settle.
+fn newton(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip, slack: f64, work: &mut Work) -> Option<Meeting> {
+    let det = sa.dir.perp_dot(sb.dir);
+    if det == 0.0 {
+        return None;
+    }
+    let gap = sb.origin - sa.origin;
+    let start = |along: f64, s: &Strip| if s.length > 0.0 { (along / s.length).clamp(0.0, 1.0) } else { 0.5 };
+    let mut x = start(gap.perp_dot(sb.dir) / det, sa);
+    let mut y = start(gap.perp_dot(sa.dir) / det, sb);
+    for _ in 0..12 {
+        work.newton += 1;
+        let ((pa, da), (pb, db)) = (a.jet(x), b.jet(y));
+        let r = (pb - pa).truncate();
+        let (da, db) = (da.truncate(), db.truncate());
+        let det = da.perp_dot(db);
+        if det == 0.0 {
+            return None;
+        }
+        let (dx, dy) = (r.perp_dot(db) / det, r.perp_dot(da) / det);
+        x += dx;
+        y += dy;
+        // One arc's neighbourhood is enough; beyond it the Bézier curve is an extrapolation.
+        if !(-1.0..=2.0).contains(&x) || !(-1.0..=2.0).contains(&y) {
+            return None;
+        }
+        if dx.abs() <= 1e-13 && dy.abs() <= 1e-13 {
+            break;
+        }
+    }
+    let inside = -slack..=1.0 + slack;
+    if !(inside.contains(&x) && inside.contains(&y)) {
+        return None;
+    }
+    Some(crossing(a, x.clamp(0.0, 1.0), b, y.clamp(0.0, 1.0)))
+}
+
+/// The interval in which two nearly parallel, nearly straight arcs run beside each other.
+fn overlap(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip) -> Option<Meeting> {
+    let on = |s: &Strip, arc: &Arc| {
+        let (p, q) = arc.ends();
+        let (f, g) = ((p - s.origin).dot(s.dir), (q - s.origin).dot(s.dir));
+        (f.min(g).max(0.0), f.max(g).min(s.length))
+    };
+    let (a0, a1) = on(sa, b);
+    let (b0, b1) = on(sb, a);
+    if a0 > a1 || b0 > b1 {
+        return None;
+    }
+    // The Bézier parameter at a given arc length along the chord, by a few secant steps: the parametrisation of a
+    // straight arc need not be uniform.
+    let at = |arc: &Arc, s: &Strip, along: f64| {
+        if s.length <= 0.0 {
+            return 0.5;
+        }
+        let (mut lo, mut hi) = (0.0_f64, 1.0_f64);
+        for _ in 0..40 {
+            let m = 0.5 * (lo + hi);
+            if (arc.jet(m).0.truncate() - s.origin).dot(s.dir) < along { lo = m } else { hi = m }
+        }
+        0.5 * (lo + hi)
+    };
+    let (x0, x1) = (at(a, sa, a0), at(a, sa, a1));
+    let (y0, y1) = (at(b, sb, b0), at(b, sb, b1));
+    let za = a.jet(0.5 * (x0 + x1)).0.z;
+    let zb = b.jet(0.5 * (y0 + y1)).0.z;
+    Some(Meeting::Overlap { a: [a.param(x0), a.param(x1)], b: [b.param(y0), b.param(y1)], za, zb })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arc::Control;
+    use super::*;
+    use glam::DVec4;
+
+    fn arc(points: &[[f64; 3]]) -> Arc {
+        let points: Control = points.iter().map(|p| DVec4::new(p[0], p[1], p[2], 1.0)).collect();
+        Arc::new(0, [0.0, 1.0], points, 0.0)
+    }
+
+    fn all(a: &Arc, b: &Arc) -> Vec<Meeting> {
+        let mut out = Vec::new();
+        meetings(a, b, 1e-9, &mut out, &mut Work::default());
+        out
+    }
+
+    #[test]
+    fn two_chords_cross_once_with_their_depths() {
+        let m = all(&arc(&[[0.0, 0.0, 1.0], [1.0, 1.0, 3.0]]), &arc(&[[0.0, 1.0, 5.0], [1.0, 0.0, 5.0]]));
+        assert_eq!(m.len(), 1);
+        let Meeting::Crossing { a, b, za, zb } = m[0] else { panic!("{m:?}") };
+        assert!((a - 0.5).abs() < 1e-12 && (b - 0.5).abs() < 1e-12 && (za - 2.0).abs() < 1e-12 && zb == 5.0);
+    }
+
+    #[test]
+    fn a_parabola_meets_a_line_twice_once_or_not() {
+        let parabola = arc(&[[-1.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 1.0, 0.0]]); // y = x²
+        let line = |y: f64| arc(&[[-2.0, y, 0.0], [2.0, y, 0.0]]);
+        // At a joint of the subdivision a crossing is found from both sides: the caller merges them.
+        let mut two: Vec<f64> = all(&parabola, &line(0.25))
+            .iter()
+            .map(|m| if let Meeting::Crossing { a, .. } = m { *a } else { panic!("{m:?}") })
+            .collect();
+        two.dedup_by(|x, y| (*x - *y).abs() < 1e-12);
+        assert_eq!(two.len(), 2, "{two:?}");
+        assert!((two[0] - 0.25).abs() < 1e-12 && (two[1] - 0.75).abs() < 1e-12);
+        assert!(all(&parabola, &line(-0.01)).is_empty());
+        let touch = all(&parabola, &line(0.0));
+        assert!(!touch.is_empty());
+        for m in touch {
+            let Meeting::Overlap { a, .. } = m else { panic!("{m:?}") };
+            assert!((a[0] - 0.5).abs() < 1e-3 && (a[1] - 0.5).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn coincident_arcs_give_one_interval_not_a_cloud() {
+        let long = arc(&[[0.0, 0.0, 1.0], [4.0, 0.0, 1.0]]);
+        let short = arc(&[[3.0, 0.0, 2.0], [1.0, 0.0, 2.0]]);
+        let m = all(&long, &short);
+        assert_eq!(m.len(), 1);
+        let Meeting::Overlap { a, za, zb, .. } = m[0] else { panic!("{m:?}") };
+        assert!((a[0] - 0.25).abs() < 1e-9 && (a[1] - 0.75).abs() < 1e-9 && za < zb);
+    }
+}

@@ -1,0 +1,338 @@
+//! Curves split where their visibility can change: pieces.
+//!
+//! Along a curve the number of sheets in front changes only where an active curve (silhouette, boundary, crease) that is
+//! nearer to the eye crosses it on the screen, where the curve meets the silhouette of its own surface, at its own
+//! corners and cusps, and where it pierces another surface (Elber and Cohen 1989, lemma 2.5 and corollary 2.1). The
+//! first are found here by intersecting arcs; those on the curve's own surface come with the curve, from parameter
+//! space; piercing is found by the visibility stage.
+
+mod arc;
+mod grid;
+mod intersect;
+
+use alloc::vec::Vec;
+
+use glam::{DVec2, DVec4};
+
+use crate::extract::{Geometry, Path, SurfaceCurve};
+use arc::{Arc, Control, split_control};
+use grid::Grid;
+use intersect::{Meeting, Work, meetings};
+
+/// A part of a curve with one quantitative invisibility, but for piercing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Index of the curve.
+    pub curve: usize,
+    /// Interval of the curve's parameter.
+    pub t: [f64; 2],
+    /// The inked curve, nearer or first in order, that already draws the same line on the screen.
+    pub covered_by: Option<usize>,
+}
+
+/// What arranging counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ArrangeStats {
+    /// Curves that came in.
+    pub curves: u64,
+    /// Pairs of arcs near enough to be intersected.
+    pub pairs_near: u64,
+    /// Halvings of arcs.
+    pub subdivisions: u64,
+    /// Newton steps.
+    pub newton: u64,
+    /// Crossings with something not behind.
+    pub crossings: u64,
+    /// Intervals in which curves coincide on the screen.
+    pub overlaps: u64,
+    /// Pieces that came out.
+    pub pieces: u64,
+}
+
+/// Approximate length along one curve on the screen, piecewise linear in the curve parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LengthTable {
+    knots: Vec<(f64, f64)>,
+}
+
+impl LengthTable {
+    /// Length from the beginning to the parameter `t`, screen units.
+    #[must_use]
+    pub fn length_at(&self, t: f64) -> f64 {
+        let k = self.knots.partition_point(|n| n.0 <= t).clamp(1, self.knots.len() - 1);
+        let ((t0, l0), (t1, l1)) = (self.knots[k - 1], self.knots[k]);
+        if t1 > t0 { l0 + (l1 - l0) * ((t - t0) / (t1 - t0)).clamp(0.0, 1.0) } else { l0 }
+    }
+
+    /// The parameter at a length from the beginning.
+    #[must_use]
+    pub fn param_at(&self, length: f64) -> f64 {
+        let k = self.knots.partition_point(|n| n.1 <= length).clamp(1, self.knots.len() - 1);
+        let ((t0, l0), (t1, l1)) = (self.knots[k - 1], self.knots[k]);
+        if l1 > l0 { t0 + (t1 - t0) * ((length - l0) / (l1 - l0)).clamp(0.0, 1.0) } else { t0 }
+    }
+
+    /// Whole length.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.knots[self.knots.len() - 1].1
+    }
+}
+
+/// The pieces of all curves.
+#[derive(Clone, Debug)]
+pub struct Arrangement {
+    /// Curve by curve, in the order of the parameter. A curve shorter than the resolution has none.
+    pub pieces: Vec<Piece>,
+    /// Length along each curve.
+    pub lengths: Vec<LengthTable>,
+    /// Counts.
+    pub stats: ArrangeStats,
+}
+
+/// The curves as arcs, ready to be intersected.
+#[derive(Clone, Debug)]
+pub struct Arcs {
+    arcs: Vec<Arc>,
+    /// For each curve the index of its first arc; one more at the end.
+    starts: Vec<usize>,
+}
+
+impl Arcs {
+    /// Covers every curve with arcs: exact for isoparametric lines, within `fit` (screen units) for traced ones.
+    #[must_use]
+    pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64) -> Self {
+        let (mut arcs, mut starts) = (Vec::new(), Vec::with_capacity(curves.len() + 1));
+        for (k, curve) in curves.iter().enumerate() {
+            starts.push(arcs.len());
+            match &curve.path {
+                Path::Line(line) => {
+                    for span in &line.spans {
+                        let (a, b) = (span.t[0].max(curve.domain[0]), span.t[1].min(curve.domain[1]));
+                        if a < b {
+                            let width = span.t[1] - span.t[0];
+                            let all: Control = span.points.iter().copied().collect();
+                            let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
+                            let right = if x > 0.0 { split_control(&all, x).1 } else { all };
+                            let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
+                            tame(Arc::new(k, [a, b], part, 0.0), &mut arcs, 0);
+                        }
+                    }
+                }
+                Path::Traced(traced) => {
+                    for segment in 0..traced.segment_count() {
+                        let t = [segment as f64, (segment + 1) as f64];
+                        hermite(curve, k, geometry, t, fit, &mut arcs, 0);
+                    }
+                }
+            }
+        }
+        starts.push(arcs.len());
+        Self { arcs, starts }
+    }
+
+    /// Screen box of all curves: lower left and upper right corner. Tight to the arcs' control polygons.
+    #[must_use]
+    pub fn extent(&self) -> [DVec2; 2] {
+        let start = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        self.arcs.iter().fold(start, |[lo, hi], a| [lo.min(a.lo), hi.max(a.hi)])
+    }
+
+    fn of(&self, curve: usize) -> &[Arc] {
+        &self.arcs[self.starts[curve]..self.starts[curve + 1]]
+    }
+
+    fn length_table(&self, curve: &SurfaceCurve, index: usize) -> LengthTable {
+        let mut knots = Vec::with_capacity(self.of(index).len() + 1);
+        knots.push((curve.domain[0], 0.0));
+        let mut length = 0.0;
+        for a in self.of(index) {
+            let (p, q) = a.ends();
+            length += (q - p).length();
+            knots.push((a.t[1], length));
+        }
+        if knots.len() == 1 {
+            knots.push((curve.domain[1], 0.0));
+        }
+        LengthTable { knots }
+    }
+}
+
+/// Halves an arc until its tangents stay within 45° of its chord, so that strips are thin and cone tests can succeed.
+fn tame(arc: Arc, out: &mut Vec<Arc>, depth: u32) {
+    const DEEPEST: u32 = 6;
+    if depth >= DEEPEST || arc.strip().spread <= 1.0 {
+        out.push(arc);
+    } else {
+        let (l, r) = arc.halves();
+        tame(l, out, depth + 1);
+        tame(r, out, depth + 1);
+    }
+}
+
+/// Cubic Hermite arcs within `fit` of a traced curve. The error of an interval falls with the fourth power of its
+/// length, so a few halvings reach any tolerance; it is measured at three inner points.
+fn hermite(c: &SurfaceCurve, index: usize, g: &Geometry<'_>, t: [f64; 2], fit: f64, out: &mut Vec<Arc>, depth: u32) {
+    const DEEPEST: u32 = 12;
+    let h = t[1] - t[0];
+    let ((p0, d0), (p1, d1)) = (c.jet(g, t[0] + 0.0), c.jet_below(g, t[1]));
+    let points = [p0, p0 + d0 * (h / 3.0), p1 - d1 * (h / 3.0), p1];
+    let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
+    let arc = Arc::new(index, t, control, fit);
+    let error =
+        [0.25, 0.5, 0.75].iter().map(|&x| (arc.jet(x).0 - c.point(g, t[0] + x * h)).length()).fold(0.0, f64::max);
+    if depth >= DEEPEST || (error <= fit && arc.strip().spread <= 1.0) {
+        let error = fit.max(2.0 * error);
+        out.push(Arc::new(index, t, arc.points, error));
+    } else {
+        let m = 0.5 * (t[0] + t[1]);
+        hermite(c, index, g, [t[0], m], fit, out, depth + 1);
+        hermite(c, index, g, [m, t[1]], fit, out, depth + 1);
+    }
+}
+
+/// Splits every curve. `resolution` (screen units) is the distance below which two crossings are one and two curves
+/// coincide; every crossing farther than that from another, and at an angle that the arithmetic can see, is found.
+/// Cost: proportional to the number of near pairs of arcs.
+#[must_use]
+pub fn arrange(curves: &[SurfaceCurve], arcs: &Arcs, resolution: f64) -> Arrangement {
+    let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
+    let grid = Grid::new(&active);
+    let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, resolution);
+    #[cfg(feature = "parallel")]
+    let parts: Vec<_> = {
+        use rayon::prelude::*;
+        (0..curves.len()).into_par_iter().map(split).collect()
+    };
+    #[cfg(not(feature = "parallel"))]
+    let parts: Vec<_> = (0..curves.len()).map(split).collect();
+    let mut stats = ArrangeStats { curves: curves.len() as u64, ..ArrangeStats::default() };
+    let (mut pieces, mut lengths) = (Vec::new(), Vec::with_capacity(curves.len()));
+    for (part, table, work) in parts {
+        stats.pairs_near += work.pairs_near;
+        stats.subdivisions += work.subdivisions;
+        stats.newton += work.newton;
+        stats.crossings += work.crossings;
+        stats.overlaps += work.overlaps;
+        pieces.extend(part);
+        lengths.push(table);
+    }
+    stats.pieces = pieces.len() as u64;
+    Arrangement { pieces, lengths, stats }
+}
+
+/// An interval of a curve whose line another curve draws.
+struct Cover {
+    t: [f64; 2],
+    by: usize,
+}
+
+fn split_curve(
+    curves: &[SurfaceCurve],
+    index: usize,
+    arcs: &Arcs,
+    active: &[Arc],
+    grid: &Grid,
+    resolution: f64,
+) -> (Vec<Piece>, LengthTable, ArrangeStats) {
+    let curve = &curves[index];
+    let table = arcs.length_table(curve, index);
+    let mut stats = ArrangeStats::default();
+    let mut work = Work::default();
+    let (mut cuts, mut covers) = (curve.splits.clone(), Vec::new());
+    let (mut near, mut found) = (Vec::new(), Vec::new());
+    for arc in arcs.of(index) {
+        let margin = DVec2::splat(resolution);
+        grid.near(arc.lo - margin, arc.hi + margin, &mut near);
+        for &k in &near {
+            let other = &active[k as usize];
+            // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there.
+            if other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1] {
+                continue;
+            }
+            if other.z[1] < arc.z[0] - resolution {
+                continue;
+            }
+            stats.pairs_near += 1;
+            found.clear();
+            meetings(arc, other, resolution, &mut found, &mut work);
+            for m in &found {
+                match *m {
+                    Meeting::Crossing { a, za, zb, .. } => {
+                        // Touching counts: the curves then meet in space, and beyond the other one may turn away.
+                        if zb >= za - resolution {
+                            cuts.push(a);
+                            stats.crossings += 1;
+                        }
+                    }
+                    Meeting::Overlap { a, za, zb, .. } => {
+                        if zb < za - resolution || own_contact(curve, &curves[other.curve], a, &table, resolution) {
+                            continue;
+                        }
+                        stats.overlaps += 1;
+                        let (from, to) = (a[0].min(a[1]), a[0].max(a[1]));
+                        cuts.push(from);
+                        cuts.push(to);
+                        let nearer = zb > za + resolution || !curve.active || other.curve < index;
+                        if curves[other.curve].inked && nearer && other.curve != index {
+                            covers.push(Cover { t: [from, to], by: other.curve });
+                        }
+                    }
+                }
+            }
+        }
+    }
+    stats.subdivisions = work.subdivisions;
+    stats.newton = work.newton;
+    (cut(curve, index, &table, cuts, &mut covers, resolution), table, stats)
+}
+
+/// Whether an overlap is the tangency of a curve with the silhouette of its own surface. Both then touch in space at a
+/// place that is already known exactly, from parameter space, and run apart from there.
+fn own_contact(c: &SurfaceCurve, other: &SurfaceCurve, t: [f64; 2], table: &LengthTable, resolution: f64) -> bool {
+    if !matches!(other.path, Path::Traced(_)) || !c.surfaces.contains(&other.surface) {
+        return false;
+    }
+    let (l0, l1) = (table.length_at(t[0].min(t[1])), table.length_at(t[0].max(t[1])));
+    // A tangency of curvature 1/R stays within the resolution r for √(8 r R); R is at most the picture's size.
+    let reach = libm::sqrt(8.0 * resolution * table.total()).max(l1 - l0);
+    let near = |x: f64| (l0 - reach..=l1 + reach).contains(&table.length_at(x));
+    c.splits.iter().chain(&c.domain).any(|&s| near(s))
+}
+
+/// Pieces between sorted cuts; cuts nearer together than the resolution are one.
+fn cut(
+    curve: &SurfaceCurve,
+    index: usize,
+    table: &LengthTable,
+    mut cuts: Vec<f64>,
+    covers: &mut [Cover],
+    resolution: f64,
+) -> Vec<Piece> {
+    let [a, b] = curve.domain;
+    if table.total() <= resolution {
+        return Vec::new();
+    }
+    cuts.sort_by(f64::total_cmp);
+    let mut kept = Vec::with_capacity(cuts.len() + 2);
+    kept.push(a);
+    let end = table.total();
+    let least = 4.0 * resolution;
+    let mut last = 0.0;
+    for t in cuts {
+        let l = table.length_at(t);
+        if l > last + least && l < end - least {
+            kept.push(t);
+            last = l;
+        }
+    }
+    kept.push(b);
+    covers.sort_by(|x, y| x.t[0].total_cmp(&y.t[0]).then(x.by.cmp(&y.by)));
+    kept.windows(2)
+        .map(|w| {
+            let m = 0.5 * (w[0] + w[1]);
+            let covered_by = covers.iter().filter(|c| c.t[0] <= m && m <= c.t[1]).map(|c| c.by).min();
+            Piece { curve: index, t: [w[0], w[1]], covered_by }
+        })
+        .collect()
+}

@@ -1,0 +1,176 @@
+//! The stages in order: from a scene and a camera to strokes.
+
+use alloc::vec::Vec;
+
+use glam::DVec2;
+
+use crate::arrange::{Arcs, ArrangeStats, arrange};
+use crate::extract::facing::{FacingForm, FacingStats, facing_of_all};
+use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
+use crate::extract::{CurveSet, Geometry, SurfaceCurve, curves};
+use crate::scene::Scene;
+use crate::stitch::{StitchOptions, Stitching};
+use crate::stroke::{Stroke, chain, flatten};
+use crate::view::{Camera, ViewError, ViewScene};
+use crate::visibility::{ClassifyOptions, Occluders, VisibilityStats, classify};
+
+/// What is to be drawn. Lengths are derived from the scene's size where they are not given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawOptions {
+    /// Kinds of curve wanted on paper.
+    pub curves: CurveSet,
+    /// Isocurves a direction and surface.
+    pub isos: u32,
+    /// Whether hidden parts are wanted, with their number of sheets in front.
+    pub keep_hidden: bool,
+    /// Largest angle between surfaces that join smoothly, radians.
+    pub smooth_angle: f64,
+}
+
+impl Default for DrawOptions {
+    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree.
+    fn default() -> Self {
+        Self { curves: CurveSet::default(), isos: 8, keep_hidden: false, smooth_angle: core::f64::consts::PI / 180.0 }
+    }
+}
+
+/// Stages whose time is told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Projection into view space.
+    View,
+    /// Coincident boundaries.
+    Stitch,
+    /// Curves of interest.
+    Extract,
+    /// Splitting.
+    Arrange,
+    /// Quantitative invisibility.
+    Visibility,
+    /// Flattening and chaining.
+    Stroke,
+}
+
+/// What the stages counted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Surfaces of the scene.
+    pub surfaces: u64,
+    /// Bézier patches.
+    pub patches: u64,
+    /// Which patches can have silhouettes.
+    pub facing: FacingStats,
+    /// Silhouettes.
+    pub silhouette: SilhouetteStats,
+    /// Places where the silhouettes' topology is undecided.
+    pub silhouette_undecided: u64,
+    /// Splitting.
+    pub arrange: ArrangeStats,
+    /// Visibility.
+    pub visibility: VisibilityStats,
+}
+
+/// Told when a stage begins.
+pub type Observer<'a> = &'a mut dyn FnMut(Stage);
+
+/// Coincidence and crossings on the screen are resolved to this fraction of the scene's size: three nanometres on a
+/// sheet of 300 mm, and ten times the error to which traced curves are represented.
+const RESOLUTION: f64 = 1e-8;
+
+/// Boundaries nearer than this fraction of the size are one edge: models come out of other programs with seven digits.
+const STITCH: f64 = 1e-6;
+
+/// Traced curves are represented for splitting to this fraction of the size.
+const FIT: f64 = 1e-9;
+
+/// Silhouettes get vertices until their chords are within this fraction of the size; flattening refines further.
+const TRACE_CHORD: f64 = 2e-4;
+
+/// Largest turn of the normal between neighbouring vertices of a silhouette, radians.
+const TRACE_ANGLE: f64 = 0.2;
+
+/// Distance between rays along a piece, of the size.
+const RAY_SPACING: f64 = 0.02;
+
+/// A scene with its curves extracted; knows how large the picture is.
+pub struct Prepared {
+    view: ViewScene,
+    stitching: Stitching,
+    forms: Vec<FacingForm>,
+    curves: Vec<SurfaceCurve>,
+    arcs: Arcs,
+    options: DrawOptions,
+    stats: Stats,
+}
+
+impl Prepared {
+    /// Projects, stitches and extracts.
+    ///
+    /// # Errors
+    /// If the scene is empty or reaches the eye plane.
+    pub fn new(scene: &Scene, camera: &Camera, options: &DrawOptions, begin: Observer<'_>) -> Result<Self, ViewError> {
+        begin(Stage::View);
+        let view = ViewScene::new(scene, camera)?;
+        let size = view.size();
+        begin(Stage::Stitch);
+        let stitch = StitchOptions { distance: STITCH * size, angle: options.smooth_angle };
+        let stitching = Stitching::new(&view, &stitch);
+        begin(Stage::Extract);
+        let (forms, facing) = facing_of_all(view.patches());
+        let trace = SilhouetteOptions { chord: TRACE_CHORD * size, normal_angle: TRACE_ANGLE };
+        let traced = silhouettes(view.patches(), &forms, trace);
+        let g = Geometry { view: &view, forms: &forms };
+        let curves = curves(&g, &stitching, &traced, options.curves, options.isos, options.smooth_angle);
+        let arcs = Arcs::new(&curves, &g, FIT * size);
+        let stats = Stats {
+            surfaces: view.surfaces().len() as u64,
+            patches: view.patches().len() as u64,
+            facing,
+            silhouette_undecided: traced.undecided.len() as u64,
+            silhouette: traced.stats,
+            ..Stats::default()
+        };
+        Ok(Self { view, stitching, forms, curves, arcs, options: *options, stats })
+    }
+
+    /// Lower left and upper right corner of the picture on the screen.
+    #[must_use]
+    pub fn extent(&self) -> [DVec2; 2] {
+        self.arcs.extent()
+    }
+
+    /// Splits, decides visibility, and flattens with chords within `tolerance` (screen units).
+    #[must_use]
+    pub fn trace(&self, tolerance: f64, begin: Observer<'_>) -> Traced {
+        let g = Geometry { view: &self.view, forms: &self.forms };
+        let size = self.view.size();
+        begin(Stage::Arrange);
+        let arrangement = arrange(&self.curves, &self.arcs, RESOLUTION * size);
+        begin(Stage::Visibility);
+        let occluders = Occluders::new(self.view.patches());
+        let options = ClassifyOptions {
+            spacing: RAY_SPACING * size,
+            resolution: 1e-9 * size,
+            count_hidden: self.options.keep_hidden,
+        };
+        let (mut sightings, visibility) =
+            classify(&g, &self.curves, &arrangement, &self.stitching, &occluders, &options);
+        begin(Stage::Stroke);
+        if !self.options.keep_hidden {
+            sightings.retain(|s| s.qi == 0);
+        }
+        let strokes = flatten(&g, &self.curves, &sightings, tolerance);
+        let gap = 2.0 * STITCH * size;
+        let strokes = chain(strokes, gap, gap);
+        Traced { strokes, stats: Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() } }
+    }
+}
+
+/// A scene as strokes.
+#[derive(Clone, Debug)]
+pub struct Traced {
+    /// Visible strokes, and hidden ones if they were asked for.
+    pub strokes: Vec<Stroke>,
+    /// Counts.
+    pub stats: Stats,
+}

@@ -1,0 +1,237 @@
+//! Which boundaries coincide.
+//!
+//! Surfaces carry no topology. Two boundary curves that coincide over an interval are one edge: a smooth join is a
+//! *seam* (not inked, silhouettes chain across it), a sharp one is a *crease*, inked once. What coincides with nothing
+//! is a free *boundary*. A boundary may meet several others along parts of itself, so edges are intervals of sides.
+
+use alloc::vec::Vec;
+
+use glam::{DVec2, DVec3};
+
+use crate::line::{Axis, Line};
+use crate::view::ViewScene;
+
+/// One of the four boundary curves of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Side {
+    /// The boundary curve.
+    pub line: Line,
+    /// Whether it is a single point (a pole).
+    pub collapsed: bool,
+    lo: DVec3,
+    hi: DVec3,
+}
+
+/// What an interval of a side is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EdgeClass {
+    /// Free edge.
+    Boundary,
+    /// Joins another boundary at an angle, or more than one.
+    Crease,
+    /// Joins one other boundary smoothly.
+    Smooth,
+}
+
+/// An interval of a side with the sides that coincide with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Index of the side.
+    pub side: usize,
+    /// Interval of the side's running parameter.
+    pub t: [f64; 2],
+    /// Sides that coincide with it all along.
+    pub partners: Vec<usize>,
+    /// What it is.
+    pub class: EdgeClass,
+}
+
+impl Edge {
+    /// Whether this copy of a shared edge is the one to be inked: the one of the lowest side.
+    #[must_use]
+    pub fn owner(&self) -> bool {
+        self.partners.iter().all(|&p| self.side < p)
+    }
+}
+
+/// Tolerances of stitching.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StitchOptions {
+    /// Boundaries nearer than this everywhere are one edge; view-space units.
+    pub distance: f64,
+    /// Largest angle between the tangent planes of a smooth join, radians.
+    pub angle: f64,
+}
+
+/// The sides of all surfaces and the edges they form.
+#[derive(Clone, Debug)]
+pub struct Stitching {
+    /// Four sides a surface: u low, u high, v low, v high.
+    pub sides: Vec<Side>,
+    /// Edges in the order of their sides, along each side in the order of its parameter. Poles have none.
+    pub edges: Vec<Edge>,
+}
+
+/// Interior points at which coincidence and angle are tested, as fractions of an interval; off centre, so that
+/// symmetric curves that cross at their middles are not taken for one.
+const PROBES: [f64; 5] = [0.08, 0.29, 0.47, 0.73, 0.94];
+
+impl Stitching {
+    /// Finds coincident boundaries. Cost: one box test a pair of sides, 5 nearest-point searches an interval of each
+    /// pair whose boxes meet.
+    #[must_use]
+    pub fn new(view: &ViewScene, options: &StitchOptions) -> Self {
+        let mut sides = Vec::with_capacity(4 * view.surfaces().len());
+        for (s, grid) in view.surfaces().iter().enumerate() {
+            let (u, v) = (&grid.u_breaks, &grid.v_breaks);
+            for (axis, value, below) in [
+                (Axis::U, u[0], false),
+                (Axis::U, u[u.len() - 1], true),
+                (Axis::V, v[0], false),
+                (Axis::V, v[v.len() - 1], true),
+            ] {
+                let line = Line::new(view, s, axis, value, below);
+                let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+                for h in line.spans.iter().flat_map(|s| &s.points) {
+                    let e = h.truncate() / h.w;
+                    lo = lo.min(e);
+                    hi = hi.max(e);
+                }
+                let collapsed = line.length_bound() <= options.distance;
+                sides.push(Side { line, collapsed, lo, hi });
+            }
+        }
+        let near = near_pairs(&sides, options.distance);
+        let mut edges = Vec::new();
+        for i in 0..sides.len() {
+            if !sides[i].collapsed {
+                side_edges(view, &sides, i, &near[i], options, &mut edges);
+            }
+        }
+        Self { sides, edges }
+    }
+
+    /// The edges of one side.
+    pub fn edges_of(&self, side: usize) -> impl Iterator<Item = &Edge> {
+        let from = self.edges.partition_point(|e| e.side < side);
+        self.edges[from..].iter().take_while(move |e| e.side == side)
+    }
+}
+
+/// For every side, the others whose boxes come within `tol`; by a sweep over x.
+fn near_pairs(sides: &[Side], tol: f64) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..sides.len()).filter(|&i| !sides[i].collapsed).collect();
+    order.sort_by(|&a, &b| sides[a].lo.x.total_cmp(&sides[b].lo.x).then(a.cmp(&b)));
+    let mut near = alloc::vec![Vec::new(); sides.len()];
+    for (k, &i) in order.iter().enumerate() {
+        for &j in &order[k + 1..] {
+            if sides[j].lo.x > sides[i].hi.x + tol {
+                break;
+            }
+            let apart = sides[i].lo.cmpgt(sides[j].hi + DVec3::splat(tol)).any()
+                || sides[j].lo.cmpgt(sides[i].hi + DVec3::splat(tol)).any();
+            if !apart {
+                near[i].push(j);
+                near[j].push(i);
+            }
+        }
+    }
+    for n in &mut near {
+        n.sort_unstable();
+    }
+    near
+}
+
+/// Cuts side `i` where a coincidence begins or ends, and classifies the intervals.
+fn side_edges(
+    view: &ViewScene,
+    sides: &[Side],
+    i: usize,
+    near: &[usize],
+    options: &StitchOptions,
+    edges: &mut Vec<Edge>,
+) {
+    let line = &sides[i].line;
+    let [a, b] = line.domain();
+    // A coincidence of analytic curves can begin and end only at a knot of one of them.
+    let mut cuts: Vec<f64> = line.spans.iter().map(|s| s.t[0]).collect();
+    cuts.push(b);
+    for &j in near {
+        let other = &sides[j].line;
+        for t in other.spans.iter().map(|s| s.t[0]).chain([other.domain()[1]]) {
+            let (ti, d) = line.nearest(other.point(t));
+            if d <= options.distance {
+                cuts.push(ti);
+            }
+        }
+    }
+    cuts.sort_by(f64::total_cmp);
+    let short = |x: f64, y: f64| (line.point(x) - line.point(y)).length() <= options.distance;
+    let mut kept: Vec<f64> = Vec::with_capacity(cuts.len());
+    for c in cuts {
+        // A closed side's two ends coincide in space but not in parameter: both stay.
+        match kept.last() {
+            Some(&last) if short(last, c) && c - last < 0.5 * (b - a) => {}
+            _ => kept.push(c),
+        }
+    }
+    if let Some(last) = kept.last_mut() {
+        *last = b;
+    }
+    let first = edges.len();
+    for w in kept.windows(2) {
+        let at = |f: f64| w[0] + f * (w[1] - w[0]);
+        let coincides = |j: &usize| {
+            let other = &sides[*j].line;
+            PROBES.iter().all(|&f| other.nearest(line.point(at(f))).1 <= options.distance)
+        };
+        let partners: Vec<usize> = near.iter().copied().filter(coincides).collect();
+        let class = match partners.as_slice() {
+            [] => EdgeClass::Boundary,
+            [j] => {
+                let cosine = libm::cos(options.angle);
+                let smooth = PROBES.iter().all(|&f| {
+                    let t = at(f);
+                    let tj = sides[*j].line.nearest(line.point(t)).0;
+                    match (conormal(view, sides, i, t), conormal(view, sides, *j, tj)) {
+                        (Some(n), Some(m)) => n.dot(m) <= -cosine,
+                        _ => false,
+                    }
+                });
+                if smooth { EdgeClass::Smooth } else { EdgeClass::Crease }
+            }
+            _ => EdgeClass::Crease,
+        };
+        match edges[first..].last_mut() {
+            Some(last) if last.partners == partners && last.class == class => last.t[1] = w[1],
+            _ => edges.push(Edge { side: i, t: [w[0], w[1]], partners, class }),
+        }
+    }
+}
+
+/// Unit vector in model space that is tangent to the surface, across the side, and points into the surface; `None`
+/// where the surface has no tangent plane there.
+fn conormal(view: &ViewScene, sides: &[Side], i: usize, t: f64) -> Option<DVec3> {
+    let line = &sides[i].line;
+    let uv = line.uv(t);
+    let below = if line.axis == Axis::U { [line.below, false] } else { [false, line.below] };
+    let inward = if line.below { -1.0 } else { 1.0 };
+    let split = |uv: DVec2| {
+        let j = view.model_jet(line.surface, uv, below);
+        if line.axis == Axis::U { (j.p, j.dv, j.du * inward) } else { (j.p, j.du, j.dv * inward) }
+    };
+    let (p, along, across) = split(uv);
+    let along = along.try_normalize()?;
+    let flat = |d: DVec3| (d - along * d.dot(along)).try_normalize();
+    // The cross-boundary derivative may vanish (a degenerate net): then the chord to a point just inside stands in.
+    let scale = view.size();
+    if across.length() > 1e-9 * scale {
+        return flat(across);
+    }
+    let grid = &view.surfaces()[line.surface];
+    let breaks = if line.axis == Axis::U { &grid.u_breaks } else { &grid.v_breaks };
+    let width = if line.below { breaks[breaks.len() - 1] - breaks[breaks.len() - 2] } else { breaks[1] - breaks[0] };
+    let step = inward * 1e-3 * width;
+    let inside = if line.axis == Axis::U { uv + DVec2::new(step, 0.0) } else { uv + DVec2::new(0.0, step) };
+    flat(split(inside).0 - p)
+}

@@ -1,0 +1,117 @@
+//! Curves as polylines.
+
+use alloc::vec::Vec;
+
+use glam::DVec3;
+
+use super::{Stroke, StrokePoint};
+use crate::extract::{Geometry, Path, SurfaceCurve};
+use crate::visibility::Sighting;
+
+/// Polylines of the sightings, neighbours of one curve with equal visibility joined. Each chord stays within
+/// `tolerance` (screen units) of its curve, measured at three inner points; vertices lie on the curves.
+#[must_use]
+pub fn flatten(g: &Geometry<'_>, curves: &[SurfaceCurve], sightings: &[Sighting], tolerance: f64) -> Vec<Stroke> {
+    let mut runs: Vec<Sighting> = Vec::with_capacity(sightings.len());
+    for s in sightings {
+        match runs.last_mut() {
+            Some(last) if last.curve == s.curve && last.qi == s.qi && last.t[1] == s.t[0] => {
+                last.t[1] = s.t[1];
+                last.certainty = last.certainty.max(s.certainty);
+            }
+            _ => runs.push(s.clone()),
+        }
+    }
+    // A closed curve seen from end to end is one closed stroke; one cut at its seam only is joined there by chaining.
+    let line = |s: &Sighting| {
+        let curve = &curves[s.curve];
+        let points = polyline(g, curve, s.t, tolerance);
+        Stroke { kind: curve.kind, surface: curve.surface, qi: s.qi, certainty: s.certainty, points }
+    };
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        runs.par_iter().map(line).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    runs.iter().map(line).collect()
+}
+
+fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64) -> Vec<StrokePoint> {
+    let mut stops = Vec::new();
+    stops.push(t[0]);
+    match &curve.path {
+        Path::Line(line) => stops.extend(line.spans.iter().map(|s| s.t[0])),
+        Path::Traced(c) => stops.extend((0..c.segment_count()).map(|k| k as f64)),
+    }
+    stops.retain(|&x| x == t[0] || (t[0] < x && x < t[1]));
+    stops.push(t[1]);
+    let mut params = Vec::new();
+    params.push(t[0]);
+    for w in stops.windows(2) {
+        refine(g, curve, (w[0], curve.point(g, w[0])), (w[1], curve.point(g, w[1])), tolerance, &mut params, 0);
+    }
+    let vertices: Vec<StrokePoint> = params
+        .iter()
+        .map(|&x| {
+            let uv = curve.uv(g, x);
+            StrokePoint { screen: curve.point(g, x).truncate(), model: g.view.model_point(curve.surface, uv) }
+        })
+        .collect();
+    thin(&vertices, tolerance)
+}
+
+/// Appends the parameters after `a` up to and including `b` at which the polyline needs vertices.
+fn refine(
+    g: &Geometry<'_>,
+    c: &SurfaceCurve,
+    a: (f64, DVec3),
+    b: (f64, DVec3),
+    tolerance: f64,
+    out: &mut Vec<f64>,
+    depth: u32,
+) {
+    const DEEPEST: u32 = 16;
+    let (p, q) = (a.1.truncate(), b.1.truncate());
+    let off = |f: f64| {
+        let x = c.point(g, a.0 + f * (b.0 - a.0)).truncate();
+        let d = q - p;
+        let along = if d == glam::DVec2::ZERO { 0.0 } else { ((x - p).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+        (x - p - d * along).length()
+    };
+    // Half the tolerance here, half for the vertices that thinning leaves out.
+    if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= 0.5 * tolerance) {
+        out.push(b.0);
+        return;
+    }
+    let t = 0.5 * (a.0 + b.0);
+    let m = (t, c.point(g, t));
+    refine(g, c, a, m, tolerance, out, depth + 1);
+    refine(g, c, m, b, tolerance, out, depth + 1);
+}
+
+/// Leaves out vertices that are within half the tolerance of the chord that replaces them (Douglas and Peucker 1973).
+fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
+    let mut keep = alloc::vec![false; points.len()];
+    keep[0] = true;
+    keep[points.len() - 1] = true;
+    let mut stack = alloc::vec![(0, points.len() - 1)];
+    while let Some((a, b)) = stack.pop() {
+        let (p, d) = (points[a].screen, points[b].screen - points[a].screen);
+        let mut worst = (0.5 * tolerance, None);
+        for (k, v) in points.iter().enumerate().take(b).skip(a + 1) {
+            let w = v.screen - p;
+            let along = if d == glam::DVec2::ZERO { 0.0 } else { (w.dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+            let off = (w - d * along).length();
+            if off > worst.0 {
+                worst = (off, Some(k));
+            }
+        }
+        if let Some(k) = worst.1 {
+            keep[k] = true;
+            stack.push((a, k));
+            stack.push((k, b));
+        }
+    }
+    points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect()
+}

@@ -1,0 +1,194 @@
+//! The whole scene in view space.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use glam::{DVec2, DVec3};
+
+use super::{Camera, Jet, Patch};
+use crate::nurbs::KnotVector;
+use crate::scene::Scene;
+
+/// Why a scene cannot be seen from a camera.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ViewError {
+    /// Part of a surface is at or behind the eye plane, where perspective has no image.
+    #[error("surface {index} ({name}) reaches the eye plane; move the eye back or use a parallel projection")]
+    BehindEye {
+        /// Index of the surface.
+        index: usize,
+        /// Its name.
+        name: String,
+    },
+    /// A control point leaves the range of finite numbers.
+    #[error("surface {index} ({name}) has control points too large to be projected; scale the model down")]
+    Overflow {
+        /// Index of the surface.
+        index: usize,
+        /// Its name.
+        name: String,
+    },
+    /// There is nothing to draw.
+    #[error("the model has no surfaces")]
+    Empty,
+}
+
+/// Where the patches of one surface are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceGrid {
+    /// Index of the first patch; the others follow, v fastest.
+    pub first: usize,
+    /// Distinct knots in u, ends of the domain included.
+    pub u_breaks: Vec<f64>,
+    /// Distinct knots in v, ends of the domain included.
+    pub v_breaks: Vec<f64>,
+    /// Interior knots in u where the surface is merely continuous, so that its normal may jump.
+    pub u_corners: Vec<f64>,
+    /// Interior knots in v where the surface is merely continuous.
+    pub v_corners: Vec<f64>,
+}
+
+impl SurfaceGrid {
+    /// Patch columns in u.
+    #[must_use]
+    pub fn count_u(&self) -> usize {
+        self.u_breaks.len() - 1
+    }
+
+    /// Patch rows in v.
+    #[must_use]
+    pub fn count_v(&self) -> usize {
+        self.v_breaks.len() - 1
+    }
+
+    /// Index of the patch in column `i`, row `j`.
+    #[must_use]
+    pub fn patch(&self, i: usize, j: usize) -> usize {
+        self.first + i * self.count_v() + j
+    }
+}
+
+/// The scene as homogeneous Bézier patches seen along −z, and the same patches in model space for angles.
+#[derive(Clone, Debug)]
+pub struct ViewScene {
+    camera: Camera,
+    patches: Vec<Patch>,
+    model: Vec<Patch>,
+    surfaces: Vec<SurfaceGrid>,
+    lo: DVec3,
+    hi: DVec3,
+}
+
+impl ViewScene {
+    /// Decomposes every surface into Bézier patches and projects them. Cost: linear in the control points.
+    ///
+    /// # Errors
+    /// If there is no surface, or one of them reaches the eye plane (any weight W ≤ 0 after projection).
+    pub fn new(scene: &Scene, camera: &Camera) -> Result<Self, ViewError> {
+        if scene.surfaces.is_empty() {
+            return Err(ViewError::Empty);
+        }
+        let matrix = camera.matrix();
+        let (mut patches, mut model, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (index, s) in scene.surfaces.iter().enumerate() {
+            let own = s.surface.bezier_patches(index);
+            let (ku, kv) = (s.surface.knots_u(), s.surface.knots_v());
+            surfaces.push(SurfaceGrid {
+                first: patches.len(),
+                u_breaks: ku.breaks(),
+                v_breaks: kv.breaks(),
+                u_corners: corners(ku),
+                v_corners: corners(kv),
+            });
+            for m in own {
+                let mut p = m.clone();
+                for h in &mut p.points {
+                    *h = matrix * *h;
+                    if !h.is_finite() {
+                        return Err(ViewError::Overflow { index, name: s.name.clone() });
+                    }
+                    if h.w <= 0.0 {
+                        return Err(ViewError::BehindEye { index, name: s.name.clone() });
+                    }
+                    let e = h.truncate() / h.w;
+                    lo = lo.min(e);
+                    hi = hi.max(e);
+                }
+                patches.push(p);
+                model.push(m);
+            }
+        }
+        Ok(Self { camera: *camera, patches, model, surfaces, lo, hi })
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// All patches in view space, surface by surface.
+    #[must_use]
+    pub fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Patch layout of every surface.
+    #[must_use]
+    pub fn surfaces(&self) -> &[SurfaceGrid] {
+        &self.surfaces
+    }
+
+    /// Diagonal of the control points' box in view space: the unit of every relative tolerance.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        (self.hi - self.lo).length().max(f64::MIN_POSITIVE)
+    }
+
+    /// The patch that holds `uv` and the local place in it. On a knot line the patch is the upper one unless
+    /// `below` asks for the lower one, per direction.
+    #[must_use]
+    pub fn locate(&self, surface: usize, uv: DVec2, below: [bool; 2]) -> (usize, DVec2) {
+        let grid = &self.surfaces[surface];
+        let i = span(&grid.u_breaks, uv.x, below[0]);
+        let j = span(&grid.v_breaks, uv.y, below[1]);
+        let patch = grid.patch(i, j);
+        (patch, self.patches[patch].to_local(uv))
+    }
+
+    /// Position and derivatives in view space, by local parameters of the patch that holds `uv`.
+    #[must_use]
+    pub fn jet(&self, surface: usize, uv: DVec2, below: [bool; 2]) -> Jet {
+        let (patch, l) = self.locate(surface, uv, below);
+        self.patches[patch].jet(l.x, l.y)
+    }
+
+    /// Position and derivatives in model space, by local parameters of the patch that holds `uv`.
+    #[must_use]
+    pub fn model_jet(&self, surface: usize, uv: DVec2, below: [bool; 2]) -> Jet {
+        let (patch, l) = self.locate(surface, uv, below);
+        self.model[patch].jet(l.x, l.y)
+    }
+
+    /// Position on a surface in model space.
+    #[must_use]
+    pub fn model_point(&self, surface: usize, uv: DVec2) -> DVec3 {
+        let (patch, l) = self.locate(surface, uv, [false; 2]);
+        self.model[patch].eval(l.x, l.y)
+    }
+}
+
+/// Interior knots of full multiplicity.
+fn corners(knots: &KnotVector) -> Vec<f64> {
+    let breaks = knots.breaks();
+    let inner = &breaks[1..breaks.len() - 1];
+    inner.iter().copied().filter(|&t| knots.multiplicity(t) >= knots.degree()).collect()
+}
+
+/// Index of the interval of `breaks` that holds `t`; outside ones are clamped.
+fn span(breaks: &[f64], t: f64, below: bool) -> usize {
+    let after = if below { breaks.partition_point(|&b| b < t) } else { breaks.partition_point(|&b| b <= t) };
+    after.saturating_sub(1).min(breaks.len() - 2)
+}

@@ -1,0 +1,300 @@
+//! Quantitative invisibility of every piece, by rays.
+
+use alloc::vec::Vec;
+
+use glam::{DVec2, DVec3};
+
+use super::{Exclusion, Occluders, RayScratch};
+use crate::arrange::{Arrangement, LengthTable, Piece};
+use crate::extract::{Geometry, Path, SurfaceCurve};
+use crate::stitch::Stitching;
+use crate::stroke::Certainty;
+
+/// How visibility is asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClassifyOptions {
+    /// Largest distance between two rays along a piece, screen units. A piece has one visibility by construction, but
+    /// for surfaces that pierce each other; rays this close find where.
+    pub spacing: f64,
+    /// Width on the screen to which such a change is located.
+    pub resolution: f64,
+    /// Whether hidden pieces are wanted with their exact number of sheets, or only as hidden.
+    pub count_hidden: bool,
+}
+
+/// A part of a curve with its quantitative invisibility.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sighting {
+    /// Index of the curve.
+    pub curve: usize,
+    /// Interval of the curve's parameter.
+    pub t: [f64; 2],
+    /// Sheets in front. Exact for visible parts; for hidden ones only if asked for.
+    pub qi: u32,
+    /// How it was decided.
+    pub certainty: Certainty,
+}
+
+/// A place where visibility could not be decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UndecidedPlace {
+    /// The place in model space.
+    pub at: DVec3,
+    /// Why.
+    pub why: &'static str,
+}
+
+/// What classifying counted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VisibilityStats {
+    /// Rays to points of active curves.
+    pub rays_active: u64,
+    /// Rays to points of passive curves.
+    pub rays_passive: u64,
+    /// Pieces whose visibility came from a neighbour without a ray.
+    pub propagated: u64,
+    /// Pieces along which rays disagreed, so that a change was sought and found inside.
+    pub disagreements: u64,
+    /// Where nothing could be decided.
+    pub undecided: Vec<UndecidedPlace>,
+}
+
+/// Asks for the visibility of every piece that has to be inked. Pieces drawn by another curve are left out.
+#[must_use]
+pub fn classify(
+    g: &Geometry<'_>,
+    curves: &[SurfaceCurve],
+    arrangement: &Arrangement,
+    stitching: &Stitching,
+    occluders: &Occluders,
+    options: &ClassifyOptions,
+) -> (Vec<Sighting>, VisibilityStats) {
+    let todo: Vec<&Piece> =
+        arrangement.pieces.iter().filter(|p| p.covered_by.is_none() && curves[p.curve].inked).collect();
+    let look = |scratch: &mut RayScratch, piece: &&Piece| {
+        let mut watch = Watch {
+            g,
+            curve: &curves[piece.curve],
+            table: &arrangement.lengths[piece.curve],
+            piece,
+            stitching,
+            occluders,
+            options,
+            scratch,
+            stats: VisibilityStats::default(),
+        };
+        let seen = watch.piece();
+        (seen, watch.stats)
+    };
+    #[cfg(feature = "parallel")]
+    let parts: Vec<_> = {
+        use rayon::prelude::*;
+        todo.par_iter().map_init(RayScratch::default, look).collect()
+    };
+    #[cfg(not(feature = "parallel"))]
+    let parts: Vec<_> = {
+        let mut scratch = RayScratch::default();
+        todo.iter().map(|p| look(&mut scratch, p)).collect()
+    };
+    let (mut all, mut stats) = (Vec::with_capacity(parts.len()), VisibilityStats::default());
+    for (seen, s) in parts {
+        all.extend(seen);
+        stats.rays_active += s.rays_active;
+        stats.rays_passive += s.rays_passive;
+        stats.propagated += s.propagated;
+        stats.disagreements += s.disagreements;
+        stats.undecided.extend(s.undecided);
+    }
+    (all, stats)
+}
+
+/// One answer along a piece.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    t: f64,
+    qi: u32,
+    clear: bool,
+    contact: bool,
+}
+
+struct Watch<'a> {
+    g: &'a Geometry<'a>,
+    curve: &'a SurfaceCurve,
+    table: &'a LengthTable,
+    piece: &'a Piece,
+    stitching: &'a Stitching,
+    occluders: &'a Occluders,
+    options: &'a ClassifyOptions,
+    scratch: &'a mut RayScratch,
+    stats: VisibilityStats,
+}
+
+/// Rays along one piece at the most; beyond it a piece is long enough that finer sampling is another stage's work.
+const MOST_SAMPLES: usize = 256;
+
+impl Watch<'_> {
+    fn piece(&mut self) -> Vec<Sighting> {
+        let [a, b] = self.piece.t;
+        let (la, lb) = (self.table.length_at(a), self.table.length_at(b));
+        let count = (libm::ceil((lb - la) / self.options.spacing) as usize).clamp(1, MOST_SAMPLES);
+        let mut samples = Vec::with_capacity(count);
+        for k in 0..count {
+            samples.push(self.clear_sample(la, lb, k, count));
+        }
+        // Answers that met something at a fold or a border give way to the clear ones beside them.
+        if samples.iter().any(|s| s.clear) {
+            samples.retain(|s| s.clear);
+        }
+        let clear = samples[0].clear;
+        let certainty = match (clear, samples.iter().any(|s| s.contact)) {
+            (true, false) => Certainty::Proven,
+            _ => Certainty::Tolerance,
+        };
+        let mut out = Vec::new();
+        let mut start = a;
+        let mut changes = 0;
+        for w in samples.windows(2) {
+            if self.key(w[0].qi) != self.key(w[1].qi) {
+                let t = self.locate_change(w[0], w[1]);
+                out.push(self.sighting([start, t], w[0].qi, Certainty::Tolerance));
+                start = t;
+                changes += 1;
+            }
+        }
+        let last = samples[samples.len() - 1];
+        if changes > 0 {
+            self.stats.disagreements += 1;
+            out.push(self.sighting([start, b], last.qi, Certainty::Tolerance));
+            if !clear {
+                for s in &mut out {
+                    s.certainty = Certainty::Undecided;
+                }
+                let at = self.curve.model_point(self.g, last.t);
+                self.stats.undecided.push(UndecidedPlace { at, why: "every sight line meets a fold or a border" });
+            }
+        } else {
+            out.push(self.sighting([start, b], last.qi, certainty));
+        }
+        out
+    }
+
+    fn sighting(&self, t: [f64; 2], qi: u32, certainty: Certainty) -> Sighting {
+        Sighting { curve: self.piece.curve, t, qi, certainty }
+    }
+
+    /// What is to be told apart: the number of sheets, or only visible from hidden.
+    fn key(&self, qi: u32) -> u32 {
+        if self.options.count_hidden { qi } else { qi.min(1) }
+    }
+
+    /// A clear answer inside part `k` of `count` of the piece, or the last unclear one.
+    fn clear_sample(&mut self, la: f64, lb: f64, k: usize, count: usize) -> Sample {
+        let mut sample = Sample { t: self.piece.t[0], qi: 0, clear: false, contact: false };
+        for f in [0.47, 0.31, 0.68, 0.16, 0.86] {
+            sample = self.ask(self.table.param_at(la + (lb - la) * (k as f64 + f) / count as f64));
+            if sample.clear {
+                break;
+            }
+        }
+        sample
+    }
+
+    /// Bisects between two rays that disagree until the change is located to the resolution.
+    fn locate_change(&mut self, a: Sample, b: Sample) -> f64 {
+        let (mut lo, mut hi) = (self.table.length_at(a.t), self.table.length_at(b.t));
+        let (mut tlo, mut thi) = (a.t, b.t);
+        while hi - lo > self.options.resolution {
+            let m = 0.5 * (lo + hi);
+            let t = self.table.param_at(m);
+            if t <= tlo || t >= thi {
+                break;
+            }
+            let qi = self.ask(t).qi;
+            if self.key(qi) == self.key(a.qi) { (lo, tlo) = (m, t) } else { (hi, thi) = (m, t) }
+        }
+        0.5 * (tlo + thi)
+    }
+
+    fn ask(&mut self, t: f64) -> Sample {
+        if self.curve.active {
+            self.stats.rays_active += 1;
+        } else {
+            self.stats.rays_passive += 1;
+        }
+        let p = self.curve.point(self.g, t);
+        let exclusions = self.exclusions(t, p);
+        let answer = self.occluders.query(p, &exclusions, self.scratch);
+        Sample { t, qi: answer.qi, clear: answer.clear, contact: answer.contact }
+    }
+
+    /// The point's own places on its surfaces, which must not count as being in front of it: by identity in parameter
+    /// space, on the curve's surface and on whatever is stitched to it there.
+    fn exclusions(&self, t: f64, p: DVec3) -> Vec<Exclusion> {
+        let uv = self.curve.uv(self.g, t);
+        let own = self.curve.surface;
+        let traced = matches!(self.curve.path, Path::Traced(_));
+        let radius = if traced { self.fold_radius(t, uv) } else { self.parameter_size(own, uv) * LINE_RADIUS };
+        let mut out = Vec::with_capacity(4);
+        out.push(Exclusion { surface: own, uv, radius });
+        let mut add = |side: usize, least: f64| {
+            let line = &self.stitching.sides[side].line;
+            let (ts, d) = line.nearest(p);
+            // Stitched curves agree to the stitching tolerance; anything farther is another part of the side.
+            if d <= least {
+                let uv = line.uv(ts);
+                let r = self.parameter_size(line.surface, uv) * PARTNER_RADIUS;
+                out.push(Exclusion { surface: line.surface, uv, radius: r.max(DVec2::ZERO) });
+            }
+        };
+        let reach = 1e-5 * self.g.view.size();
+        for &s in &self.curve.sides {
+            add(s, reach);
+        }
+        if self.curve.sides.is_empty() {
+            let grid = &self.g.view.surfaces()[own];
+            let (u, v) = (&grid.u_breaks, &grid.v_breaks);
+            let gaps = [uv.x - u[0], u[u.len() - 1] - uv.x, uv.y - v[0], v[v.len() - 1] - uv.y];
+            for (k, gap) in gaps.iter().enumerate() {
+                let r = if k < 2 { radius.x } else { radius.y };
+                if *gap <= r {
+                    for edge in self.stitching.edges_of(4 * own + k) {
+                        for &partner in &edge.partners {
+                            add(partner, reach);
+                        }
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Size of the patch that holds `uv`, in surface parameters.
+    fn parameter_size(&self, surface: usize, uv: DVec2) -> DVec2 {
+        let (patch, _) = self.g.view.locate(surface, uv, [false; 2]);
+        let p = &self.g.view.patches()[patch];
+        DVec2::new(p.u[1] - p.u[0], p.v[1] - p.v[0])
+    }
+
+    /// Half-widths round a point of a silhouette inside which every root is the point itself: a double root, which
+    /// rounding (2⁻⁵³ of the picture) pulls apart by the square root of that, some 10⁻⁸, and more where the fold is
+    /// flat. A quarter of the way to the ends of the piece at most, where a cusp may be.
+    fn fold_radius(&self, t: f64, uv: DVec2) -> DVec2 {
+        let [a, b] = self.piece.t;
+        let (p, q) = (self.curve.uv(self.g, a), self.curve.uv(self.g, b));
+        let size = self.parameter_size(self.curve.surface, uv);
+        let room = ((p - uv) / size).length().min(((q - uv) / size).length());
+        let closed = a == self.curve.domain[0] && b == self.curve.domain[1] && (p - q).length() == 0.0;
+        let room = if closed || t <= a || t >= b { FOLD_RADIUS } else { 0.25 * room };
+        size * FOLD_RADIUS.min(room)
+    }
+}
+
+/// Exclusion round a point of an isoparametric line, of the patch's parameter size: a simple root is good to some
+/// 10⁻¹³, and next to a fold the second root is farther away than this unless the point is within its square.
+const LINE_RADIUS: f64 = 1e-7;
+
+/// Exclusion round the same point on a stitched neighbour, which is known to the stitching tolerance only.
+const PARTNER_RADIUS: f64 = 1e-4;
+
+/// Exclusion round a point of a silhouette; see [`Watch::fold_radius`].
+const FOLD_RADIUS: f64 = 1e-4;
