@@ -19,6 +19,8 @@ pub struct Cli {
 enum Command {
     /// Tell what a model holds, or list the built-in models
     Info(command::info::InfoArgs),
+    /// Stream a job to a plotter, or to a simulated one
+    Plot(command::plot::PlotArgs),
     /// List the serial ports
     Ports(command::ports::PortsArgs),
     /// List the plotters, or print the profile of one
@@ -33,6 +35,7 @@ impl Cli {
     pub fn run(&self) -> Result<(), Error> {
         match &self.command {
             Command::Info(args) => command::info::run(args)?,
+            Command::Plot(args) => command::plot::run(args)?,
             Command::Ports(args) => command::ports::run(args)?,
             Command::Devices(args) => command::devices::run(args)?,
         }

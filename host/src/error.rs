@@ -6,6 +6,7 @@ use penvis_core::view::CameraError;
 use thiserror::Error;
 
 use crate::command::devices::DevicesError;
+use crate::command::plot::PlotError;
 use crate::command::ports::PortsError;
 use crate::device::DeviceError;
 use crate::emit::EmitError;
@@ -62,6 +63,9 @@ pub enum Error {
     /// From `penvis devices`.
     #[error(transparent)]
     Devices(#[from] DevicesError),
+    /// From `penvis plot`.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
     /// From `penvis ports`.
     #[error(transparent)]
     Ports(#[from] PortsError),

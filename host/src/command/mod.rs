@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 pub mod devices;
 pub mod info;
+pub mod plot;
 pub mod ports;
 
 /// Prints to standard output. A reader that has gone (`penvis devices | head`) has what it wanted: that is no error.
