@@ -15,9 +15,12 @@ const RESOLUTION: f64 = 1e-9;
 /// Bound of the relative rounding error of a coordinate that came through the camera and up to forty halvings.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// A cell that is not regular yet is halved at most this often when the hierarchy is built; the rest is done for the
-/// sight lines that need it.
-const BUILD_HALVINGS: u8 = 7;
+/// A cell that is not regular yet is halved this often when the hierarchy is built, in a scene of many patches; the rest is
+/// done for the sight lines that need it. More would cost the construction what it saves a few thousand sight lines.
+const LEAST_HALVINGS: u32 = 7;
+
+/// The same in a scene of one patch, one less for each doubling of the number of patches.
+const MOST_HALVINGS: u32 = 12;
 
 /// Most leaves in one node.
 const BUCKET: usize = 4;
@@ -129,10 +132,12 @@ impl Occluders {
             size,
             left_out: 0,
         };
+        let doublings = patches.len().max(1).ilog2();
+        let halvings = MOST_HALVINGS.saturating_sub(doublings).max(LEAST_HALVINGS);
         let mut equations = Equations::EMPTY;
         for (index, patch) in patches.iter().enumerate() {
             if has_area(patch, rounding) {
-                build.add(index, patch, &mut equations);
+                build.add(index, patch, halvings, &mut equations);
             } else {
                 build.left_out += 1;
             }
@@ -166,7 +171,7 @@ impl Occluders {
         self.left_out
     }
 
-    fn add(&mut self, index: usize, patch: &Patch, equations: &mut Equations) {
+    fn add(&mut self, index: usize, patch: &Patch, halvings: u32, equations: &mut Equations) {
         let degrees = Degrees { p: patch.degree_u, q: patch.degree_v };
         let n = degrees.len();
         let slot = self.patches.len();
@@ -192,7 +197,7 @@ impl Occluders {
                 .map(|e| Enclosure { contraction: equations.contraction(net, half, e.rows), ..e })
                 .filter(Enclosure::is_regular);
             let [a, b] = window.depth;
-            if regular.is_none() && a + b < BUILD_HALVINGS {
+            if regular.is_none() && u32::from(a) + u32::from(b) < halvings {
                 let axis = equations.split_axis();
                 let [lower, upper] = window.halves(axis);
                 windows.extend([lower, upper]);

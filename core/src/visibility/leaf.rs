@@ -173,11 +173,11 @@ impl Equations {
         (0..4).any(|k| self.one_sign(lo[k], hi[k], if k < 2 { 1.0 } else { 2.0 }, tolerances))
     }
 
-    /// Whether f and g combined along the normal of the direction in which a nearly singular cell extends has one sign.
-    /// At a fold the image of a cell is a thin strip; this is the test that sees past its side.
-    pub(super) fn separated_across(&self, tolerances: &Tolerances) -> bool {
+    /// The cell seen along the direction in which it extends on the screen. At a fold the image of a cell is a thin strip;
+    /// this is the test that sees past its side.
+    pub(super) fn strip(&self, tolerances: &Tolerances) -> Strip {
         let (a, b) = self.mean_jacobian();
-        let along = if a.length_squared() >= b.length_squared() { a } else { b };
+        let (along, axis) = if a.length_squared() >= b.length_squared() { (a, Axis::U) } else { (b, Axis::V) };
         let normal = along.perp();
         let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for (f, g) in self.pairs() {
@@ -185,7 +185,14 @@ impl Equations {
             lo = lo.min(c);
             hi = hi.max(c);
         }
-        self.one_sign(lo, hi, normal.length(), tolerances)
+        let scale = normal.length();
+        if self.one_sign(lo, hi, scale, tolerances) {
+            Strip::Missed
+        } else if hi - lo <= 8.0 * tolerances.rounding * self.weight * scale {
+            Strip::Line(axis)
+        } else {
+            Strip::Wide
+        }
     }
 
     /// Whether the whole cell lies on the sight line, to rounding.
@@ -318,6 +325,17 @@ impl Equations {
         }
         if uu >= vv { Axis::U } else { Axis::V }
     }
+}
+
+/// How a strip round the image of a cell lies to the sight line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Strip {
+    /// The sight line passes beside it.
+    Missed,
+    /// It is a line to rounding, which runs along this parameter; halving the other one tells nothing more.
+    Line(Axis),
+    /// It has to be halved.
+    Wide,
 }
 
 /// Where in a cell the root for a screen point can be, and how far the cell is regular.

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::coverage::{Sector, coverage};
 use super::hierarchy::{Leaf, Occluders, PatchInfo};
-use super::leaf::{Axis, Degrees, Enclosure, Equations, Root, Solution, Window, halve, solve};
+use super::leaf::{Axis, Degrees, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
 
 /// Halvings of a patch's parameter after which a cell is left undecided: 2⁻²⁶ is where the square of a cell's width, its
 /// extent across a fold on the screen, drowns in rounding.
@@ -421,12 +421,16 @@ impl Occluders {
                 }
             }
         }
-        if equations.separated_across(&self.tolerances) {
-            return Verdict::Done;
-        }
-        let axis = equations.split_axis();
         let free = |axis: &Axis| window.depth[axis.index()] < limit[axis.index()];
-        if let Some(axis) = [axis, axis.other()].into_iter().find(free) {
+        let next = match equations.strip(&self.tolerances) {
+            Strip::Missed => return Verdict::Done,
+            Strip::Line(axis) => Some(axis).filter(free),
+            Strip::Wide => {
+                let axis = equations.split_axis();
+                [axis, axis.other()].into_iter().find(free)
+            }
+        };
+        if let Some(axis) = next {
             return Verdict::Halve(axis);
         }
         self.give_up(patch, window, scratch, start)
