@@ -27,7 +27,7 @@ const UNDECIDED_COST: u32 = 32;
 const BUDGET: u32 = 4096;
 
 /// Rounding error of a root, as part of its cell, from which on it counts as grazing.
-const GRAZING: f64 = 1e-3;
+const GRAZING: f64 = 1e-2;
 
 /// A place on a surface that a query must not count: the point's own sheet, or the same place seen from a stitched
 /// neighbour.
@@ -373,6 +373,9 @@ impl Occluders {
                 Fan::Sector(sector) => {
                     let mut at = 0.5 * (window.lo + window.hi);
                     at[across] = (side % 2) as f64;
+                    if holds(&scratch.excluded, at) {
+                        return Verdict::Done;
+                    }
                     let along_sight = pole.depth[1] - pole.depth[0] > self.tolerances.contact;
                     let hit = Hit {
                         surface: patch.surface,
@@ -463,7 +466,7 @@ impl Occluders {
     ) {
         let at = window.at(root.at);
         let inside = at.clamp(DVec2::ZERO, DVec2::ONE);
-        if scratch.excluded.iter().any(|[lo, hi]| inside.cmpge(*lo).all() && inside.cmple(*hi).all()) {
+        if holds(&scratch.excluded, inside) {
             return;
         }
         let [h, hu, hv] = root.jet;
@@ -529,6 +532,11 @@ fn excluded(patch: &PatchInfo, exclude: &[Exclusion], out: &mut Vec<[DVec2; 2]>)
             }
         }
     }
+}
+
+/// Whether one of the rectangles holds the point.
+fn holds(rectangles: &[[DVec2; 2]], at: DVec2) -> bool {
+    rectangles.iter().any(|[lo, hi]| at.cmpge(*lo).all() && at.cmple(*hi).all())
 }
 
 /// Whether a rectangle and a window have a point in common.

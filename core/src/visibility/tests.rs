@@ -7,7 +7,9 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 use proptest::prelude::*;
 
 use super::{Exclusion, Occluders, RayAnswer, RayScratch, Unclear};
-use crate::view::Patch;
+use crate::nurbs::Surface;
+use crate::shape::{self, Frame};
+use crate::view::{Camera, Patch};
 
 /// A patch of surface `surface` on u × v from homogeneous model points, seen through `view`.
 fn patch(surface: usize, degrees: [usize; 2], u: [f64; 2], v: [f64; 2], points: Vec<DVec4>, view: DMat4) -> Patch {
@@ -290,6 +292,82 @@ fn a_patch_seen_along_itself_occludes_nothing() {
     let o = Occluders::new(&upright);
     assert_eq!(o.left_out(), 1);
     assert_eq!(o.query(DVec3::new(0.1, 0.0, -3.0), &[], &mut RayScratch::new()), clear(0));
+}
+
+/// The surfaces as patches seen through `view`, numbered in order.
+fn seen(surfaces: &[Surface], view: DMat4) -> Vec<Patch> {
+    surfaces.iter().enumerate().flat_map(|(k, s)| s.transformed(view).unwrap().bezier_patches(k)).collect()
+}
+
+fn upright() -> Frame {
+    Frame::at(DVec3::ZERO).unwrap()
+}
+
+#[test]
+fn a_closed_can_seen_along_its_axis() {
+    let can = [
+        shape::cylinder(&upright(), 1.0, 2.0).unwrap(),
+        shape::disk(&upright(), 1.0).unwrap(),
+        shape::disk(&Frame::at(DVec3::new(0.0, 0.0, 2.0)).unwrap(), 1.0).unwrap(),
+    ];
+    let o = Occluders::new(&seen(&can, DMat4::IDENTITY));
+    assert!(o.left_out() >= 3, "the wall has no area");
+    let mut scratch = RayScratch::new();
+    for (x, y, qi) in [(0.0, 0.0, 2), (0.5, 0.0, 2), (0.0, -0.5, 2), (0.3, 0.4, 2), (1.1, 0.0, 0), (0.8, 0.8, 0)] {
+        assert_eq!(o.query(DVec3::new(x, y, -1.0), &[], &mut scratch), clear(qi));
+        assert_eq!(o.query(DVec3::new(x, y, 1.0), &[], &mut scratch), clear(qi / 2));
+    }
+    // From the side its ends have no area, and the middle line of sight runs along a seam.
+    let o = Occluders::new(&seen(&can, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.0)));
+    for x in [0.0, 0.25, -0.5, 0.999, 1.001] {
+        let qi = 2 * u32::from(f64::abs(x) < 1.0);
+        assert_eq!(o.query(DVec3::new(x, -1.0, -3.0), &[], &mut scratch), clear(qi), "{x}");
+    }
+}
+
+#[test]
+fn the_apex_of_a_cone() {
+    let cone = [shape::cone(&upright(), 1.0, 0.0, 2.0).unwrap()];
+    let mut scratch = RayScratch::new();
+    for (a, b) in [(0.0, 0.0), (0.2, 0.1), (3.0, 0.0)] {
+        let view = turned(a, b, 0.4);
+        let o = Occluders::new(&seen(&cone, view));
+        let apex = (view * DVec4::new(0.0, 0.0, 2.0, 1.0)).truncate();
+        assert_eq!(o.query(apex - DVec3::Z, &[], &mut scratch), clear(1), "{a} {b}");
+        assert_eq!(o.query(apex + DVec3::Z, &[], &mut scratch), clear(0), "{a} {b}");
+        // Wherever on the circle the apex is named, it is excluded all round.
+        let tip = Exclusion { surface: 0, uv: DVec2::new(0.3, 1.0), radius: DVec2::splat(1e-3) };
+        assert_eq!(o.query(apex, &[tip], &mut scratch), clear(0), "{a} {b}");
+        assert!(o.query(apex, &[], &mut scratch).contact, "{a} {b}");
+    }
+    // Across the axis the cone ends at the tip: it is met on one side of it only.
+    let o = Occluders::new(&seen(&cone, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.4)));
+    assert!(!o.query(DVec3::new(0.0, -2.0, -5.0), &[], &mut scratch).clear);
+    assert_eq!(o.query(DVec3::new(0.0, -1.999, -5.0), &[], &mut scratch), clear(2));
+}
+
+#[test]
+fn perspective_and_elevated_degrees_change_no_count() {
+    let sphere = shape::sphere(&upright(), 1.0).unwrap();
+    let elevated = sphere.elevated(4, 3).unwrap();
+    let eye = DVec3::new(2.0, -3.0, 1.0);
+    let camera = Camera::perspective(eye, DVec3::new(0.1, 0.0, 0.2), DVec3::Z).unwrap();
+    let [a, b] = [sphere, elevated].map(|s| Occluders::new(&seen(&[s], camera.matrix())));
+    let mut scratch = RayScratch::new();
+    for k in 0..400 {
+        let x = DVec3::new(f64::from(k % 7) - 3.0, f64::from(k / 7 % 7) - 3.0, f64::from(k / 49) - 4.0) * 0.55;
+        // Sheets between the eye and x: the roots of |eye + t·(x − eye)| = 1 in t < 1.
+        let d = x - eye;
+        let (half, c) = (eye.dot(d), eye.length_squared() - 1.0);
+        let disc = half * half - d.length_squared() * c;
+        let root = libm::sqrt(disc.max(0.0));
+        let near = |sign: f64| disc > 0.0 && (-half + sign * root) / d.length_squared() < 1.0;
+        let expected = u32::from(near(-1.0)) + u32::from(near(1.0));
+        let Some(p) = camera.project(x) else { continue };
+        assert!(disc.abs() > 1e-9 && (x.length() - 1.0).abs() > 1e-9, "choose another point");
+        assert_eq!(a.query(p, &[], &mut scratch), clear(expected), "{x}");
+        assert_eq!(b.query(p, &[], &mut scratch), clear(expected), "{x}");
+    }
 }
 
 /// The patch with both parameters reversed, with u and v exchanged, and cut at the middle of u.
