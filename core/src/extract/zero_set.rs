@@ -50,6 +50,11 @@ const MAX_CELLS: usize = 1 << 13;
 /// Arcs in one cell; more ask for a cut. A side of a cell has at most as many zeros as F has degree.
 const MAX_ARCS: usize = 32;
 
+/// Undecided cells up to this width and number are gathered into one place for each singular point. More or wider ones
+/// line a curve, and keep their own places.
+const GATHERED_WIDTH: f64 = 1.0 / 65536.0;
+const GATHERED_CELLS: usize = 64;
+
 /// One of the two variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
@@ -68,7 +73,24 @@ pub struct Rect {
     pub v: [f64; 2],
 }
 
-/// A place where the topology is not decided: the zero set inside is unknown, arcs that reach it end on its sides.
+impl Rect {
+    /// The longer side.
+    fn width(&self) -> f64 {
+        (self.u[1] - self.u[0]).max(self.v[1] - self.v[0])
+    }
+
+    fn hull(&self, other: &Self) -> Self {
+        let join = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        Self { u: join(self.u, other.u), v: join(self.v, other.v) }
+    }
+
+    /// Whether the point is inside or on a side.
+    fn contains(&self, p: DVec2) -> bool {
+        p.x >= self.u[0] && p.x <= self.u[1] && p.y >= self.v[0] && p.y <= self.v[1]
+    }
+}
+
+/// A place where the topology is not decided: the zero set inside is unknown, arcs that reach it end in it.
 pub type Undecided = Rect;
 
 /// A piece of the zero set that is a graph over one variable within a cell.
@@ -115,7 +137,7 @@ pub struct ZeroSetStats {
     pub components: usize,
     /// Closed ones among them.
     pub loops: usize,
-    /// Undecided cells.
+    /// Undecided places.
     pub undecided: usize,
 }
 
@@ -435,6 +457,10 @@ impl<'a> Search<'a> {
 
     /// Links the arcs into components.
     fn chained(mut self) -> ZeroSet {
+        self.undecided = gathered(self.undecided);
+        // Scraps between the undecided cells of one place belong to what is unknown of it.
+        let places = &self.undecided;
+        self.links.retain(|l| !places.iter().any(|r| r.contains(l.arc.start) && r.contains(l.arc.end)));
         let n = self.vertices.len();
         let mut out: Vec<Option<usize>> = Vec::new();
         out.resize(n, None);
@@ -473,6 +499,33 @@ impl<'a> Search<'a> {
         self.stats.undecided = self.undecided.len();
         ZeroSet { components, undecided: self.undecided, stats: self.stats }
     }
+}
+
+/// Narrow cells that lie together, within a cell's width, as one rectangle around them.
+fn gathered(mut cells: Vec<Undecided>) -> Vec<Undecided> {
+    if cells.len() > GATHERED_CELLS {
+        return cells;
+    }
+    let mut k = 0;
+    while k < cells.len() {
+        let a = cells[k];
+        let reach = a.width();
+        let joined = cells.iter().enumerate().skip(k + 1).find_map(|(l, b)| {
+            let hull = a.hull(b);
+            let near = hull.width() <= 2.0 * (reach + b.width()) && hull.width() <= GATHERED_WIDTH;
+            near.then_some((l, hull))
+        });
+        match joined {
+            Some((l, hull)) => {
+                cells[k] = hull;
+                cells.swap_remove(l);
+                // A larger rectangle may reach one that was left before.
+                k = 0;
+            }
+            None => k += 1,
+        }
+    }
+    cells
 }
 
 /// Mean derivative of `f` by `axis` (per width of the cell) if its coefficients have one sign, those within the

@@ -187,7 +187,7 @@ fn a_crossing_is_reported_and_its_arms_come_out() {
         let z = zero_set(&f, noise(&f));
         sanity_check(&f, &z);
         assert_eq!(z.stats.components, 4, "{:?}", z.stats);
-        assert!(!z.undecided.is_empty() && z.undecided.len() <= 8, "{a} {b} {:?}", z.stats);
+        assert_eq!(z.undecided.len(), 1, "{a} {b} {:?}", z.stats);
         for r in &z.undecided {
             assert!((r.u[0] - a).abs() < 1e-6 && (r.v[0] - b).abs() < 1e-6, "{r:?}");
         }
@@ -272,7 +272,7 @@ fn agrees_with_grid(f: &Bivariate, z: &ZeroSet) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn random_zero_sets_agree_with_the_sign_pattern(f in polynomial()) {
