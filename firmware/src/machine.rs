@@ -134,3 +134,25 @@ impl<H: Hardware, const BLOCKS: usize> Machine<H, BLOCKS> {
         self.stepper.into_hardware()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Axes, Pen};
+
+    struct None;
+
+    impl Hardware for None {
+        fn set_directions(&mut self, _: Axes) {}
+        fn step(&mut self, _: Axes) {}
+        fn set_pen(&mut self, _: Pen) {}
+    }
+
+    /// The figures of the crate's documentation; they hold on 32-bit boards too, where only the queues' lengths are smaller.
+    #[test]
+    fn ram_is_as_documented() {
+        assert!(size_of::<Machine<None>>() <= 3 * 1024);
+        assert!(size_of::<Machine<None, 64>>() <= 6 * 1024);
+        assert!(size_of::<Stepper<None>>() <= 1024);
+    }
+}

@@ -313,9 +313,11 @@ impl<const BLOCKS: usize> Planner<BLOCKS> {
         }
         self.tail.nominal = previous;
         self.plan_backward(true);
-        let Some(current) = &self.current else { return };
-        let way = current.block.mm_per_event * current.left as f32;
-        let mut least_sqr = self.speed_sqr - 2.0 * current.block.acceleration * way;
+        // Between two blocks there is no current one, and the machine may be moving all the same.
+        let mut least_sqr = self.speed_sqr;
+        if let Some(Current { block, left }) = &self.current {
+            least_sqr -= 2.0 * block.acceleration * block.mm_per_event * *left as f32;
+        }
         for block in &mut self.queue {
             if least_sqr <= block.entry_sqr {
                 break;
@@ -357,4 +359,115 @@ fn junction_sqr(before: &Tail, after: &Tail, settings: &Settings) -> f32 {
         }
     }
     acceleration * by_deviation.min(by_chords)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn tail(direction: [f64; 2], length: f32) -> Tail {
+        let norm = libm::hypot(direction[0], direction[1]);
+        let direction = [(direction[0] / norm) as f32, (direction[1] / norm) as f32, 0.0];
+        Tail { direction, length, ..Tail::default() }
+    }
+
+    fn close(got: f32, expect: f64) {
+        assert!((f64::from(got) - expect).abs() <= 1e-3 * expect, "{got}, not {expect}");
+    }
+
+    #[test]
+    fn junctions_by_closed_form() {
+        let settings = Settings::default();
+        let east = tail([1.0, 0.0], 10.0);
+        // Straight on, and straight on as well as text of three decimals can say it.
+        assert_eq!(junction_sqr(&east, &east, &settings), f32::INFINITY);
+        let a = tail([0.333, 0.667], 10.0);
+        assert_eq!(junction_sqr(&a, &a, &settings), f32::INFINITY);
+        // A right angle: R = δ·s/(1 − s) with s = sin 45°, and the turn is shared by both axes.
+        let s = libm::sqrt(0.5);
+        close(junction_sqr(&east, &tail([0.0, 1.0], 10.0), &settings), 1000.0 * libm::sqrt(2.0) * 0.01 * s / (1.0 - s));
+        // Back again.
+        assert_eq!(junction_sqr(&east, &tail([-1.0, 0.0], 10.0), &settings), 0.0);
+        // Chords of 1 mm of a circle: its radius is l / (2·sin(turn/2)), and tan for the tangent circle.
+        let turn = 0.01;
+        let before = tail([libm::cos(turn / 2.0), -libm::sin(turn / 2.0)], 1.0);
+        let after = tail([libm::cos(turn / 2.0), libm::sin(turn / 2.0)], 5.0);
+        close(junction_sqr(&before, &after, &settings), 1000.0 * 0.5 / libm::tan(turn / 2.0));
+        // δ = 0 stops at every corner but a straight one.
+        let mut exact = settings;
+        exact.set(11, 0.0).unwrap();
+        assert_eq!(junction_sqr(&before, &after, &exact), 0.0);
+        assert_eq!(junction_sqr(&east, &east, &exact), f32::INFINITY);
+    }
+
+    #[test]
+    fn lines_below_a_step_are_not_lost() {
+        let settings = Settings::default();
+        let mut planner: Planner<4> = Planner::new();
+        for i in 1..=5 {
+            assert!(!planner.append([f64::from(i) * 0.001, 0.0, 0.0], Speed::Rapid, None, 0, &settings));
+        }
+        assert!(planner.append([0.0063, 0.0, 0.0], Speed::Rapid, None, 0, &settings));
+        assert_eq!(planner.queue.front().unwrap().steps, [1, 0, 0]);
+    }
+
+    #[test]
+    fn an_override_between_two_blocks_leaves_room_to_brake() {
+        let settings = Settings::default();
+        let mut planner: Planner<4> = Planner::new();
+        for x in [20.0, 20.1, 20.2, 60.0] {
+            planner.append([x, 0.0, 0.0], Speed::Feed(6000.0), None, 0, &settings);
+        }
+        while !(planner.current.is_none() && planner.speed_sqr > 0.0) {
+            assert!(planner.next_segment(false).is_some());
+        }
+        assert!(planner.speed_sqr > 9000.0, "at full speed at the end of the first block");
+        planner.set_overrides(Overrides { feed: 10, rapid: 100 });
+        let mut reachable = planner.speed_sqr;
+        for block in &planner.queue {
+            assert!(
+                block.entry_sqr >= reachable - 1.0,
+                "{} where full deceleration leaves {reachable}",
+                block.entry_sqr
+            );
+            reachable -= 2.0 * block.acceleration * block.length();
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_machine_can_always_stop(
+            points in prop::collection::vec((-30.0..30.0f64, -30.0..30.0f64, 0..3u8), 1..9),
+            feed in 60.0..12_000.0f64,
+            override_percent in 10..=200u8,
+        ) {
+            let settings = Settings::default();
+            let mut planner: Planner<8> = Planner::new();
+            let mut at = [0.0; 3];
+            for (x, y, size) in points {
+                let scale = [1.0, 0.1, 0.001][usize::from(size)];
+                at = [at[0] + x * scale, at[1] + y * scale, 0.0];
+                if !planner.is_full() {
+                    planner.append(at, Speed::Feed(feed), None, 0, &settings);
+                }
+                check(&planner)?;
+            }
+            planner.set_overrides(Overrides { feed: override_percent, rapid: 100 });
+            check(&planner)?;
+        }
+    }
+
+    fn check<const N: usize>(planner: &Planner<N>) -> Result<(), TestCaseError> {
+        let mut exit_sqr = 0.0;
+        for block in planner.queue.iter().rev() {
+            prop_assert!(block.entry_sqr <= exit_sqr + 2.0 * block.acceleration * block.length());
+            prop_assert!(block.entry_sqr <= block.junction_sqr);
+            prop_assert!(block.entry_sqr <= square(block.nominal(planner.overrides)));
+            exit_sqr = block.entry_sqr;
+        }
+        prop_assert!(planner.queue.front().is_none_or(|first| first.entry_sqr == 0.0), "the first starts at rest");
+        Ok(())
+    }
 }

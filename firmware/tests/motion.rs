@@ -299,6 +299,28 @@ proptest! {
     }
 
     #[test]
+    fn steps_stay_beside_the_arc(r in 0.1..30.0f64, from in 0.0..6.2f64, sweep in 0.01..6.2f64, clockwise: bool) {
+        let at = |t: f64| [r * t.cos() - r, r * t.sin()];
+        let (start, end) = (at(from), at(if clockwise { from - sweep } else { from + sweep }));
+        let mut sim = Sim::with(&[]);
+        let code = if clockwise { "G2" } else { "G3" };
+        sim.stream(&format!(
+            "G0 X{:.6} Y{:.6}\nG4 P0.03\n{code} X{:.6} Y{:.6} I{:.6} J{:.6} F3000\n",
+            start[0], start[1], end[0], end[1], -r - start[0], -start[1]
+        ));
+        prop_assert_eq!(sim.take(), "ok\r\nok\r\nok\r\n");
+        prop_assert_eq!(sim.machine.position(), in_steps([end[0], end[1], 0.0]));
+        let path = sim.path();
+        let begin = path.windows(2).position(|w| w[1].0 - w[0].0 >= 30_000).map_or(0, |i| i + 1);
+        // The chord's distance from the circle, half a step on each axis for its ends, half a step for Bresenham, and the rounding of the text.
+        let bound = 0.002 + (0.5 * 2f64.sqrt() + 0.5) / SCALE + 1e-5;
+        for (_, p) in &path[begin..] {
+            let off = (f64::from(p[0]) / SCALE + r).hypot(f64::from(p[1]) / SCALE) - r;
+            prop_assert!(off.abs() <= bound, "{:?} is {} off", p, off);
+        }
+    }
+
+    #[test]
     fn steps_stay_beside_the_line(x in -4000..4000i32, y in -4000..4000i32) {
         let mut sim = Sim::with(&[]);
         let (x, y) = (f64::from(x) / 100.0, f64::from(y) / 100.0);
