@@ -17,6 +17,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Compute a drawing and write it to files
+    Draw(Box<DrawArgs>),
     /// Tell what a model holds, or list the built-in models
     Info(command::info::InfoArgs),
     /// Stream a job to a plotter, or to a simulated one
@@ -34,6 +36,7 @@ impl Cli {
     /// [`Error`]: what went wrong, in a line.
     pub fn run(&self) -> Result<(), Error> {
         match &self.command {
+            Command::Draw(args) => command::draw::run(args)?,
             Command::Info(args) => command::info::run(args)?,
             Command::Plot(args) => command::plot::run(args)?,
             Command::Ports(args) => command::ports::run(args)?,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use penvis_core::view::CameraError;
+use penvis_core::view::{CameraError, ViewError};
 use thiserror::Error;
 
 use crate::command::devices::DevicesError;
@@ -30,6 +30,9 @@ pub enum Error {
     /// The view that the options and the model make together.
     #[error("--view, --up: {0}")]
     View(#[from] CameraError),
+    /// The camera does not see the whole model.
+    #[error("--view, --perspective: {0}")]
+    Scene(#[from] ViewError),
     /// The picture does not go on the paper.
     #[error(transparent)]
     Layout(#[from] LayoutError),

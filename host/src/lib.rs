@@ -5,6 +5,7 @@
 //! | [`cli`], [`options`] | the command line as typed, and what it means |
 //! | [`command`] | one module for each subcommand |
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
+//! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
 //! | [`page`], [`drawing`] | strokes on paper: scale, place, dashes, order |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
@@ -12,6 +13,7 @@
 pub mod builtin;
 pub mod cli;
 pub mod command;
+pub mod compute;
 pub mod device;
 pub mod drawing;
 pub mod emit;
@@ -23,4 +25,5 @@ pub mod page;
 pub mod progress;
 pub mod protocol;
 pub mod sim;
+pub mod stats;
 pub mod stream;

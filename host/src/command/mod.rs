@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 pub mod devices;
+pub mod draw;
 pub mod info;
 pub mod plot;
 pub mod ports;

@@ -1,0 +1,63 @@
+//! `penvis draw`: a model becomes files.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crate::cli::DrawArgs;
+use crate::compute::{Computed, compute, summary};
+use crate::emit::{self, EmitError, Format};
+use crate::error::Error;
+use crate::options::{DrawOptions, Output};
+use crate::output;
+use crate::progress::Progress;
+use crate::stats::Stats;
+
+/// Computes the drawing, makes all files, and writes them when all are made. Says in a line what was drawn.
+///
+/// # Errors
+/// [`Error`]: what is wrong with the command line, a model, the view, an output or a folder.
+pub fn run(args: &DrawArgs) -> Result<(), Error> {
+    let started = Instant::now();
+    let options = DrawOptions::new(args)?;
+    let progress = Progress::start();
+    let mut computed = compute(&options.drawing, &progress)?;
+
+    progress.stage("writing");
+    let emitting = Instant::now();
+    let mut files = Vec::with_capacity(options.outputs.len() + 1);
+    for output in &options.outputs {
+        files.push((output.path.clone(), emit(output, &computed, &options)?));
+    }
+    computed.seconds.emit = emitting.elapsed().as_secs_f64();
+    computed.seconds.total = started.elapsed().as_secs_f64();
+    let stats = Stats::new(&computed.stats, computed.seconds, &computed.drawing, &options.estimated);
+    if let Some(path) = &options.stats {
+        let text = stats.json().map_err(|source| Error::Json { path: path.clone(), source })?;
+        files.push((path.clone(), text.into_bytes()));
+    }
+    output::write_all(&files)?;
+    drop(progress);
+
+    eprintln!("{}", summary(&computed.drawing.name, &stats));
+    if stats.undecided() > 0 {
+        eprintln!("warning: visibility is undecided at {} places; --stats FILE.json lists them", stats.undecided());
+    }
+    Ok(())
+}
+
+/// The bytes of one output.
+fn emit(output: &Output, computed: &Computed, options: &DrawOptions) -> Result<Vec<u8>, Error> {
+    let path = || -> PathBuf { output.path.clone() };
+    let drawing = &computed.drawing;
+    let made: Result<Vec<u8>, EmitError> = match output.format {
+        Format::Svg => Ok(emit::svg(drawing, options.pen_width_mm).into_bytes()),
+        Format::Gcode => emit::gcode(drawing, &options.gcode).map(String::into_bytes),
+        Format::Hpgl => emit::hpgl(drawing, &options.hpgl).map(String::into_bytes),
+        Format::Png => emit::png(drawing, options.pen_width_mm),
+        Format::Json => {
+            let text = emit::json(drawing, &computed.view).map_err(|source| Error::Json { path: path(), source })?;
+            Ok(text.into_bytes())
+        }
+    };
+    made.map_err(|source| Error::Emit { path: path(), source })
+}

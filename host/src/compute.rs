@@ -1,0 +1,142 @@
+//! From options to a drawing: reads the models, runs the core, lays the strokes out.
+
+use std::time::{Duration, Instant};
+
+use penvis_core::extract::CurveSet;
+use penvis_core::pipeline::{self, Prepared, Stage};
+use penvis_core::stroke::CurveKind;
+
+use crate::drawing::Drawing;
+use crate::error::Error;
+use crate::model::{self, View};
+use crate::options::DrawingOptions;
+use crate::page::{self, Hidden, Layout};
+use crate::progress::Progress;
+use crate::stats::Seconds;
+
+/// A drawing with what is known about its making.
+#[derive(Clone, Debug)]
+pub struct Computed {
+    /// The drawing.
+    pub drawing: Drawing,
+    /// The view it was drawn with.
+    pub view: View,
+    /// Counts of the core.
+    pub stats: pipeline::Stats,
+    /// Times of all stages but `emit` and `total`.
+    pub seconds: Seconds,
+}
+
+/// Computes the drawing.
+///
+/// The core is run in two steps, because the chord error on the screen follows from the scale, and the scale from the
+/// extent of the picture.
+///
+/// # Errors
+/// If a model cannot be read, the view does not exist or does not see all of the model, or the picture cannot be scaled.
+pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed, Error> {
+    let started = Instant::now();
+    progress.stage("reading");
+    let model = model::load(&options.models)?;
+    let view = options.view.resolve(model.view, &model.scene);
+    let camera = view.camera()?;
+    let read = started.elapsed().as_secs_f64();
+
+    let wanted = pipeline::DrawOptions {
+        curves: curve_set(options),
+        isos: options.iso,
+        keep_hidden: options.hidden != Hidden::Omit,
+        ..pipeline::DrawOptions::default()
+    };
+    let mut clock = StageClock { progress, running: None, seconds: Seconds { read, ..Seconds::default() } };
+    let prepared = Prepared::new(&model.scene, &camera, &wanted, &mut |stage| clock.begin(stage))?;
+    let layout = Layout::fit(prepared.extent(), options.page, options.margin_mm)?;
+    let tolerance = layout.to_screen_length(options.tolerance_mm);
+    let traced = prepared.trace(tolerance, &mut |stage| clock.begin(stage));
+    let mut seconds = clock.stop();
+
+    progress.stage("ordering");
+    let started = Instant::now();
+    let polylines = page::lay_out(&traced.strokes, &layout, options.hidden);
+    seconds.page = started.elapsed().as_secs_f64();
+    let drawing = Drawing { name: model.scene.name, page: options.page, isos: options.iso, polylines };
+    Ok(Computed { drawing, view, stats: traced.stats, seconds })
+}
+
+fn curve_set(options: &DrawingOptions) -> CurveSet {
+    let has = |kind| options.curves.contains(&kind);
+    CurveSet {
+        boundary: has(CurveKind::Boundary),
+        crease: has(CurveKind::Crease),
+        silhouette: has(CurveKind::Silhouette),
+        iso: has(CurveKind::Iso),
+        smooth: has(CurveKind::Smooth),
+    }
+}
+
+/// Times the stages of the core, each from its beginning to that of the next.
+struct StageClock<'a> {
+    progress: &'a Progress,
+    running: Option<(Stage, Instant)>,
+    seconds: Seconds,
+}
+
+impl StageClock<'_> {
+    fn begin(&mut self, stage: Stage) {
+        self.finish();
+        self.progress.stage(match stage {
+            Stage::View => "projecting",
+            Stage::Stitch => "stitching",
+            Stage::Extract => "finding curves",
+            Stage::Arrange => "splitting curves",
+            Stage::Visibility => "deciding visibility",
+            Stage::Stroke => "chaining strokes",
+        });
+        self.running = Some((stage, Instant::now()));
+    }
+
+    fn finish(&mut self) {
+        if let Some((stage, since)) = self.running.take() {
+            self.seconds.add(stage, since.elapsed());
+        }
+    }
+
+    fn stop(mut self) -> Seconds {
+        self.finish();
+        self.seconds
+    }
+}
+
+/// The line that says what a drawing is: strokes, ink, travel, lifts, and the time it will take.
+#[must_use]
+pub fn summary(name: &str, stats: &crate::stats::Stats) -> String {
+    let s = &stats.strokes;
+    let duration = duration_text(Duration::try_from_secs_f64(stats.estimate_s).unwrap_or_default());
+    format!(
+        "{name}: {} strokes, {:.0} mm of ink, {:.0} mm of travel, {} lifts, about {duration}",
+        s.count, s.ink_mm, s.travel_mm, s.lifts
+    )
+}
+
+fn duration_text(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64().round() as u64;
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s} s"),
+        (h, m, _) => format!("{h} h {m} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_short() {
+        let text = |s: f64| duration_text(Duration::from_secs_f64(s));
+        assert_eq!(
+            [text(0.4), text(59.6), text(3599.0), text(7322.0)],
+            ["0 s", "1 min 0 s", "59 min 59 s", "2 h 2 min"]
+        );
+    }
+}

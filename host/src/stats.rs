@@ -1,0 +1,351 @@
+//! What a run counted and how long it took: the stats JSON.
+
+use std::time::Duration;
+
+use penvis_core::pipeline::{self, Stage};
+use serde::Serialize;
+
+use crate::device::{Device, Language, Pen};
+use crate::drawing::Drawing;
+use crate::emit;
+
+/// Grid in mm on which strokes are counted: that of G-code, so that strokes which meet there are one.
+const GRID_MM: f64 = 0.001;
+
+/// Time in s that an HPGL plotter takes to raise or lower its pen; their manuals say about a tenth.
+const HPGL_LIFT_S: f64 = 0.1;
+
+/// Counts and times of one run, as `--stats` writes them.
+#[derive(Clone, Debug, Serialize)]
+pub struct Stats {
+    /// The model.
+    pub model: ModelStats,
+    /// Time of each stage in s.
+    pub seconds: Seconds,
+    /// Extraction of silhouettes.
+    pub silhouette: SilhouetteStats,
+    /// Splitting.
+    pub arrange: ArrangeStats,
+    /// Visibility.
+    pub visibility: VisibilityStats,
+    /// What the pen draws.
+    pub strokes: StrokeStats,
+    /// Time that the plotter will take, in s.
+    pub estimate_s: f64,
+    /// Largest memory of the process in bytes; `null` where the system does not tell.
+    pub peak_bytes: Option<u64>,
+}
+
+/// Size of the model.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ModelStats {
+    /// Surfaces.
+    pub surfaces: u64,
+    /// Bézier patches.
+    pub patches: u64,
+    /// Trim loops; trimmed surfaces are refused so far.
+    pub trims: u64,
+}
+
+/// Time of each stage in s.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    /// Reading models.
+    pub read: f64,
+    /// Projection.
+    pub view: f64,
+    /// Coincident boundaries.
+    pub stitch: f64,
+    /// Curves.
+    pub extract: f64,
+    /// Splitting.
+    pub arrange: f64,
+    /// Visibility.
+    pub visibility: f64,
+    /// Flattening and chaining.
+    pub stroke: f64,
+    /// Laying out and ordering.
+    pub page: f64,
+    /// Making the files.
+    pub emit: f64,
+    /// From the start to the last file.
+    pub total: f64,
+}
+
+impl Seconds {
+    /// Adds to a stage of the core.
+    pub fn add(&mut self, stage: Stage, time: Duration) {
+        let seconds = match stage {
+            Stage::View => &mut self.view,
+            Stage::Stitch => &mut self.stitch,
+            Stage::Extract => &mut self.extract,
+            Stage::Arrange => &mut self.arrange,
+            Stage::Visibility => &mut self.visibility,
+            Stage::Stroke => &mut self.stroke,
+        };
+        *seconds += time.as_secs_f64();
+    }
+}
+
+/// Extraction of silhouettes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SilhouetteStats {
+    /// Cells of the subdivision.
+    pub cells: u64,
+    /// Deepest of them.
+    pub depth_max: u64,
+    /// Connected silhouettes on patches.
+    pub components: u64,
+    /// Those of them that are closed inside a patch.
+    pub loops: u64,
+    /// Cusps.
+    pub cusps: u64,
+    /// Secant steps of a walk to the silhouette, on average; 0 without walks.
+    pub secant_mean: f64,
+    /// Secant steps of the longest walk.
+    pub secant_max: u64,
+    /// Cells whose topology is undecided.
+    pub undecided: u64,
+}
+
+/// Splitting.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ArrangeStats {
+    /// Curves.
+    pub curves: u64,
+    /// Pairs of strips that are near each other.
+    pub pairs_near: u64,
+    /// Subdivisions.
+    pub subdivisions: u64,
+    /// Newton steps.
+    pub newton: u64,
+    /// Crossings on the screen.
+    pub crossings: u64,
+    /// Coincident intervals.
+    pub overlaps: u64,
+    /// Pieces of curves.
+    pub pieces: u64,
+}
+
+/// Visibility.
+#[derive(Clone, Debug, Serialize)]
+pub struct VisibilityStats {
+    /// Rays to silhouettes and boundaries.
+    pub rays_active: u64,
+    /// Rays to other curves.
+    pub rays_passive: u64,
+    /// Pieces that took over their neighbour's visibility.
+    pub propagated: u64,
+    /// Pieces along which rays disagreed.
+    pub disagreements: u64,
+    /// Places that are not decided.
+    pub undecided: Vec<Undecided>,
+}
+
+/// A place whose visibility is not decided.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Undecided {
+    /// The place in model space.
+    pub at: [f64; 3],
+    /// Why.
+    pub why: &'static str,
+}
+
+/// What the pen draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StrokeStats {
+    /// Polylines.
+    pub count: u64,
+    /// Length with the pen down in mm.
+    pub ink_mm: f64,
+    /// Length with the pen up in mm: from the page's lower left corner through all strokes and back.
+    pub travel_mm: f64,
+    /// Times that the pen is raised; strokes that meet are drawn without.
+    pub lifts: u64,
+    /// Vertices.
+    pub points: u64,
+}
+
+impl Stats {
+    /// Gathers the counts of the core and of a drawing, with the time that `device` will take for it.
+    #[must_use]
+    pub fn new(core: &pipeline::Stats, seconds: Seconds, drawing: &Drawing, device: &Device) -> Self {
+        let (silhouette, arrange, visibility) = (&core.silhouette, &core.arrange, &core.visibility);
+        let (strokes, estimate_s) = measure(drawing, device);
+        let undecided = visibility.undecided.iter().map(|place| Undecided { at: place.at.into(), why: place.why });
+        Self {
+            model: ModelStats { surfaces: core.surfaces, patches: core.patches, trims: 0 },
+            seconds,
+            silhouette: SilhouetteStats {
+                cells: silhouette.cells as u64,
+                depth_max: silhouette.depth_max.into(),
+                components: silhouette.components as u64,
+                loops: silhouette.loops as u64,
+                cusps: silhouette.cusps as u64,
+                secant_mean: silhouette.steps as f64 / silhouette.walks.max(1) as f64,
+                secant_max: silhouette.steps_max as u64,
+                undecided: core.silhouette_undecided,
+            },
+            arrange: ArrangeStats {
+                curves: arrange.curves,
+                pairs_near: arrange.pairs_near,
+                subdivisions: arrange.subdivisions,
+                newton: arrange.newton,
+                crossings: arrange.crossings,
+                overlaps: arrange.overlaps,
+                pieces: arrange.pieces,
+            },
+            visibility: VisibilityStats {
+                rays_active: visibility.rays_active,
+                rays_passive: visibility.rays_passive,
+                propagated: visibility.propagated,
+                disagreements: visibility.disagreements,
+                undecided: undecided.collect(),
+            },
+            strokes,
+            estimate_s,
+            peak_bytes: peak_bytes(),
+        }
+    }
+
+    /// How many places are not decided.
+    #[must_use]
+    pub fn undecided(&self) -> u64 {
+        self.silhouette.undecided + self.visibility.undecided.len() as u64
+    }
+
+    /// The stats JSON.
+    ///
+    /// # Errors
+    /// None that the numbers could cause; what the serializer says is handed on.
+    pub fn json(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}
+
+/// The strokes of a drawing, and the seconds that `device` takes for them.
+///
+/// The estimate takes every stroke and every travel for one straight move from rest to rest. Corners cost more than that,
+/// so it is a lower bound of what a machine with these feeds and this acceleration does.
+fn measure(drawing: &Drawing, device: &Device) -> (StrokeStats, f64) {
+    let mut stats = StrokeStats {
+        count: drawing.polylines.len() as u64,
+        points: drawing.polylines.iter().map(|p| p.page.len() as u64).sum(),
+        ..StrokeStats::default()
+    };
+    let (draw, travel) = (device.draw_feed / 60.0, device.travel_feed / 60.0);
+    let lift = lift_seconds(device);
+    let mut seconds = 0.0;
+    let mut at = [0, 0];
+    for run in emit::runs(drawing, GRID_MM, |p| p) {
+        let Some((first, last)) = run.points.first().zip(run.points.last()) else { continue };
+        let (up, down) = (distance(at, *first), run.points.windows(2).map(|w| distance(w[0], w[1])).sum::<f64>());
+        stats.travel_mm += up;
+        stats.ink_mm += down;
+        stats.lifts += 1;
+        seconds += move_seconds(up, travel, device.acceleration) + move_seconds(down, draw, device.acceleration) + lift;
+        at = *last;
+    }
+    let home = distance(at, [0, 0]);
+    stats.travel_mm += home;
+    (stats, seconds + move_seconds(home, travel, device.acceleration))
+}
+
+fn distance(a: [i64; 2], b: [i64; 2]) -> f64 {
+    ((b[0] - a[0]) as f64).hypot((b[1] - a[1]) as f64) * GRID_MM
+}
+
+/// Time in s to lower and raise the pen.
+fn lift_seconds(device: &Device) -> f64 {
+    match &device.language {
+        Language::Hpgl(_) => 2.0 * HPGL_LIFT_S,
+        Language::Grbl(gcode) => match gcode.pen {
+            Pen::Servo { raise_s, lower_s, .. } => raise_s + lower_s,
+            Pen::Z { up_mm, down_mm, feed } => 2.0 * move_seconds(up_mm - down_mm, feed / 60.0, device.acceleration),
+        },
+    }
+}
+
+/// Time in s of a straight move of `length` mm from rest to rest, at `speed` mm/s at most.
+fn move_seconds(length: f64, speed: f64, acceleration: f64) -> f64 {
+    if length * acceleration < speed * speed {
+        2.0 * (length / acceleration).sqrt()
+    } else {
+        length / speed + speed / acceleration
+    }
+}
+
+/// Largest resident memory of this process in bytes, where the system tells it in /proc.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use penvis_core::stroke::CurveKind::{Boundary, Iso};
+
+    use super::*;
+    use crate::device::find;
+    use crate::emit::tests::{drawing, polyline};
+
+    fn two_squares_and_a_line() -> Drawing {
+        let lines = vec![
+            polyline(Boundary, 1, &[[3.0, 4.0], [13.0, 4.0], [13.0, 14.0]]),
+            polyline(Iso, 1, &[[13.0, 14.0001], [13.0, 24.0]]),
+            polyline(Iso, 1, &[[3.0, 24.0], [3.0, 4.0]]),
+        ];
+        drawing(297.0, 210.0, lines)
+    }
+
+    #[test]
+    fn strokes_that_meet_are_one_lift() {
+        let (stats, _) = measure(&two_squares_and_a_line(), &find("grbl-servo").unwrap());
+        assert_eq!(stats, StrokeStats { count: 3, ink_mm: 50.0, travel_mm: 20.0, lifts: 2, points: 7 });
+    }
+
+    #[test]
+    fn a_move_is_a_triangle_or_a_trapezoid() {
+        // 100 mm/s and 100 mm/s²: a second and 50 mm to full speed.
+        assert_eq!(move_seconds(0.0, 100.0, 100.0), 0.0);
+        assert_eq!(move_seconds(25.0, 100.0, 100.0), 1.0);
+        assert_eq!(move_seconds(100.0, 100.0, 100.0), 2.0);
+        assert_eq!(move_seconds(300.0, 100.0, 100.0), 4.0);
+    }
+
+    #[test]
+    fn the_estimate_holds_moves_and_lifts() {
+        let mut device = find("grbl-servo").unwrap();
+        (device.draw_feed, device.travel_feed, device.acceleration) = (600.0, 600.0, 1e9);
+        let (_, seconds) = measure(&two_squares_and_a_line(), &device);
+        // 70 mm at 10 mm/s, and 0.35 s for each of two lifts.
+        assert!((seconds - 7.7).abs() < 1e-6, "{seconds}");
+        let (_, hp) = measure(&two_squares_and_a_line(), &find("hp7475a").unwrap());
+        assert!(hp > 0.4 && hp < 1.5, "{hp}");
+    }
+
+    #[test]
+    fn the_fields_are_those_of_the_format() {
+        let stats = Stats::new(
+            &pipeline::Stats::default(),
+            Seconds::default(),
+            &two_squares_and_a_line(),
+            &find("penvis").unwrap(),
+        );
+        let json: serde_json::Value = serde_json::from_str(&stats.json().unwrap()).unwrap();
+        let keys = |at: &str| {
+            let mut keys: Vec<_> = json.pointer(at).unwrap().as_object().unwrap().keys().cloned().collect();
+            keys.sort();
+            keys.join(" ")
+        };
+        assert_eq!(keys(""), "arrange estimate_s model peak_bytes seconds silhouette strokes visibility");
+        assert_eq!(keys("/model"), "patches surfaces trims");
+        assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");
+        assert_eq!(keys("/silhouette"), "cells components cusps depth_max loops secant_max secant_mean undecided");
+        assert_eq!(keys("/arrange"), "crossings curves newton overlaps pairs_near pieces subdivisions");
+        assert_eq!(keys("/visibility"), "disagreements propagated rays_active rays_passive undecided");
+        assert_eq!(keys("/strokes"), "count ink_mm lifts points travel_mm");
+    }
+}

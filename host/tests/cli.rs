@@ -1,0 +1,197 @@
+//! The binary from outside: what it writes, what it says, and what it leaves behind.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// Runs penvis in a folder.
+fn penvis(folder: &Path, words: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
+}
+
+/// A bilinear patch that bulges, seen from above and aside.
+fn model() -> Value {
+    json!({"name": "sail", "surfaces": [{
+        "degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+        "control_points": [[[0, 0, 0, 1], [0, 1, 1, 1]], [[1, 0, 1, 1], [1, 1, 0, 1]]]}],
+        "view": {"eye_direction": [0.3, -0.2, 1.0], "up": [0, 1, 0]}})
+}
+
+fn folder_with(model: &Value) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("model.json"), model.to_string()).unwrap();
+    folder
+}
+
+/// Names of the files that are there, but for the model.
+fn files(folder: &TempDir) -> Vec<String> {
+    let names = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<_> = names.filter(|name| name != "model.json").collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_format_is_written_in_one_run() {
+    let folder = folder_with(&model());
+    let words = "draw model.json -o a.svg -o a.gcode -o a.nc -o a.hpgl -o a.plt -o a.png -o a.json --stats s.json \
+                 --paper 100x80mm --iso 3 --device dxy1100";
+    // The sheet is none of the plotter's, and it speaks no G-code.
+    let refused = penvis(folder.path(), words);
+    assert!(!refused.status.success());
+    assert!(files(&folder).is_empty());
+
+    let words =
+        "draw model.json -o a.svg -o a.gcode -o a.nc -o a.hpgl -o a.plt -o a.png -o a.json --stats s.json --iso 3";
+    let done = penvis(folder.path(), words);
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success(), "{told}");
+    assert!(told.starts_with("sail: ") && told.contains(" mm of ink, "), "{told}");
+    assert_eq!(told.lines().count(), 1, "{told}");
+    assert!(done.stdout.is_empty());
+    assert_eq!(files(&folder), ["a.gcode", "a.hpgl", "a.json", "a.nc", "a.plt", "a.png", "a.svg", "s.json"]);
+
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("a.gcode"), read("a.nc"));
+    assert_eq!(read("a.hpgl"), read("a.plt"));
+    assert!(read("a.svg").starts_with(b"<?xml") && read("a.png").starts_with(b"\x89PNG"));
+    let drawing: Value = serde_json::from_slice(&read("a.json")).unwrap();
+    assert_eq!((&drawing["name"], &drawing["isos"]), (&json!("sail"), &json!(3)));
+    let polylines = drawing["polylines"].as_array().unwrap();
+    let of_kind = |kind: &str| polylines.iter().filter(|p| p["kind"] == kind).count();
+    assert!(of_kind("boundary") > 0 && of_kind("iso") > 0);
+    let stats: Value = serde_json::from_slice(&read("s.json")).unwrap();
+    assert_eq!(stats["strokes"]["count"], polylines.len());
+    assert!(stats["seconds"]["total"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn polylines_lie_on_the_surface_and_on_the_page() {
+    let folder = folder_with(&model());
+    assert!(penvis(folder.path(), "draw model.json -o a.json --paper 120x100 --margin 10 --view top").status.success());
+    let drawing: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+    let numbers =
+        |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect() };
+    for polyline in drawing["polylines"].as_array().unwrap() {
+        let points = polyline["points"].as_array().unwrap();
+        let page = polyline["page"].as_array().unwrap();
+        assert_eq!(points.len(), page.len());
+        for (point, page) in points.iter().zip(page) {
+            let ([x, y, z], [a, b]) = (numbers(point)[..].try_into().unwrap(), numbers(page)[..].try_into().unwrap());
+            // z = x + y − 2xy; and the unit square becomes 80 mm in the middle of the sheet.
+            assert!((z - (x + y - 2.0 * x * y)).abs() < 1e-9);
+            assert!((a - (20.0 + 80.0 * x)).abs() < 1e-6 && (b - (10.0 + 80.0 * y)).abs() < 1e-6, "{x} {y}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn the_same_command_writes_the_same_bytes() {
+    let folder = folder_with(&model());
+    for name in ["a.json", "b.json"] {
+        assert!(penvis(folder.path(), &format!("draw model.json -o {name}")).status.success());
+    }
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("a.json"), read("b.json"));
+}
+
+#[test]
+fn bad_models_leave_one_line_and_no_file() {
+    type Case = (&'static str, Value, &'static str);
+    let table: &[Case] = &[
+        ("/surfaces/0/knots_u/2", json!(-1), "error: model.json: surface 0: knots_u[2]: "),
+        (
+            "/surfaces/0/control_points/1/0/3",
+            json!(0),
+            "error: model.json: surface 0: control_points[1][0]: has weight 0",
+        ),
+        ("/surfaces/0/control_points/1/0", json!([1, 2]), "error: model.json: surface 0: control_points[1][0]"),
+        ("/surfaces/0/degree_v", json!(77), "error: model.json: surface 0: degree_v: "),
+        ("/surfaces", json!([]), "error: model.json: surfaces: is empty"),
+        ("/view/up", json!([0.3, -0.2, 1.0]), "error: model.json: view: "),
+    ];
+    for (place, value, expected) in table {
+        let mut model = model();
+        *model.pointer_mut(place).unwrap() = value.clone();
+        let folder = folder_with(&model);
+        refused(&folder, "draw model.json -o a.svg -o a.json --stats s.json", expected);
+        refused(&folder, "info model.json", expected);
+    }
+}
+
+#[test]
+fn trims_are_refused_and_not_dropped() {
+    let mut model = model();
+    model["surfaces"][0]["trim_loops"] =
+        json!([[{"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0, 1], [1, 1, 1]]}]]);
+    refused(&folder_with(&model), "draw model.json -o a.svg", "error: model.json: surface 0: trim_loops: ");
+}
+
+#[test]
+fn bad_commands_leave_one_line_and_no_file() {
+    let folder = folder_with(&model());
+    let table = [
+        ("draw model.json -o a.svg -o a.pdf", "error: a.pdf: unknown kind of file; the extensions are .svg, "),
+        ("draw nothing -o a.svg", "error: there is no file `nothing` and no built-in model"),
+        ("draw model.json -o nowhere/a.svg", "error: nowhere/a.svg: there is no folder nowhere"),
+        ("draw model.json -o a.svg -o model.json", "error: model.json: is the model"),
+        ("draw model.json -o a.svg --view 0,0,0", "error: --view 0,0,0: "),
+        ("draw model.json -o a.svg --view top --up 0,0,1", "error: --view, --up: the up vector is parallel"),
+        ("draw model.json -o a.svg --margin 200", "error: a margin of 200 mm leaves no room"),
+        ("draw model.json -o a.plt --device hp7475a --margin 0", "error: a.plt: the drawing has ink at "),
+        ("draw model.json -o a.plt --hidden layer --device nobody", "error: there is no device `nobody`"),
+        ("info nothing", "error: there is no file `nothing`"),
+    ];
+    for (words, expected) in table {
+        refused(&folder, words, expected);
+    }
+}
+
+/// Runs a command that must fail with one line on standard error and without a file.
+fn refused(folder: &TempDir, words: &str, expected: &str) {
+    let output = penvis(folder.path(), words);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success(), "{words}");
+    assert!(told.starts_with(expected), "{words} gave {told:?}");
+    assert_eq!(told.lines().count(), 1, "{told}");
+    assert!(files(folder).is_empty(), "{words} left {:?}", files(folder));
+}
+
+#[test]
+fn hidden_curves_are_kept_when_asked_for() {
+    // A square below another one, so that most of it is hidden from above.
+    let mut model = model();
+    let square = |z: f64, a: f64, b: f64| {
+        json!({"degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+               "control_points": [[[a, a, z, 1], [a, b, z, 1]], [[b, a, z, 1], [b, b, z, 1]]]})
+    };
+    model["surfaces"] = json!([square(0.0, 0.2, 0.8), square(1.0, 0.0, 1.0)]);
+    let folder = folder_with(&model);
+    let drawn = |how: &str| -> Vec<Value> {
+        let done = penvis(folder.path(), &format!("draw model.json -o a.json --view top --iso 0 --hidden {how}"));
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let drawing: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+        assert_eq!(drawing["isos"], 0);
+        drawing["polylines"].as_array().unwrap().clone()
+    };
+    assert!(drawn("omit").iter().all(|p| p["surface"] == 1 && p["visible"] == true && p["qi"] == 0));
+    let hidden = |how: &str| drawn(how).into_iter().filter(|p| p["layer"] == "hidden").collect::<Vec<_>>();
+    for how in ["layer", "dashed"] {
+        let hidden = hidden(how);
+        assert!(
+            !hidden.is_empty() && hidden.iter().all(|p| p["surface"] == 0 && p["visible"] == false && p["qi"] == 1)
+        );
+    }
+    assert!(hidden("dashed").len() > 5 * hidden("layer").len());
+}
+
+#[test]
+fn info_tells_what_there_is() {
+    let folder = folder_with(&model());
+    let told = |words: &str| String::from_utf8(penvis(folder.path(), words).stdout).unwrap();
+    assert!(told("info model.json").starts_with("sail: 1 surface, 1 Bézier patch\n"));
+    assert!(told("info --list").lines().any(|line| line.starts_with("teapot ")));
+}
