@@ -287,6 +287,10 @@ mod tests {
             assert!((a.add(&b).eval(u, v) - x - y).abs() < 1e-13);
             assert!((a.sub(&b).eval(u, v) - x + y).abs() < 1e-13);
             assert!((a.transposed().eval(v, u) - x).abs() < 1e-13);
+            assert!((a.elevated(5, 4).eval(u, v) - x).abs() < 1e-13);
+            assert!((a.scaled(-2.0).eval(u, v) + 2.0 * x).abs() < 1e-13);
+            let (low, high) = a.bounds();
+            assert!(low <= x && x <= high);
         }
     }
 

@@ -12,9 +12,12 @@ pub use bivariate::Bivariate;
 pub use roots::{Root, RootKind};
 pub use univariate::Univariate;
 
-/// Binomial coefficient as a float: exact up to n = 56.
+/// Binomial coefficient as a float: exact up to n = 56; 0 for k > n.
 #[must_use]
 pub fn binomial(n: usize, k: usize) -> f64 {
+    if k > n {
+        return 0.0;
+    }
     let k = k.min(n - k);
     let mut b = 1.0;
     for i in 0..k {

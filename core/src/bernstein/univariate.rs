@@ -11,6 +11,9 @@ pub struct Univariate {
     coef: Vec<f64>,
 }
 
+/// Coefficients that evaluation keeps on the stack. Silhouette polynomials have degree up to 26 (3 · 9 − 1).
+const SCRATCH: usize = 32;
+
 impl Univariate {
     /// The polynomial with these coefficients; an empty list is the zero polynomial of degree 0.
     #[must_use]
@@ -51,16 +54,18 @@ impl Univariate {
         self.coef.iter().fold(0.0, |m, c| m.max(c.abs()))
     }
 
-    /// Value at `t` by de Casteljau's corner cutting; stable inside [0, 1], an extrapolation outside. O(n²).
+    /// Value at `t` by de Casteljau's corner cutting; stable inside [0, 1], an extrapolation outside. O(n²), without
+    /// allocation up to degree 31.
     #[must_use]
     pub fn eval(&self, t: f64) -> f64 {
-        let mut c: Vec<f64> = self.coef.clone();
-        for r in (1..c.len()).rev() {
-            for i in 0..r {
-                c[i] += t * (c[i + 1] - c[i]);
+        let mut scratch = [0.0; SCRATCH];
+        match scratch.get_mut(..self.coef.len()) {
+            Some(c) => {
+                c.copy_from_slice(&self.coef);
+                corner_cut(c, t)
             }
+            None => corner_cut(&mut self.coef.clone(), t),
         }
-        c[0]
     }
 
     /// First derivative, of degree n − 1 (0 for a constant).
@@ -161,10 +166,57 @@ impl Univariate {
     }
 }
 
+/// Value of the polynomial with coefficients `c` (overwritten, not empty) at `t`.
+fn corner_cut(c: &mut [f64], t: f64) -> f64 {
+    for r in (1..c.len()).rev() {
+        for i in 0..r {
+            c[i] += t * (c[i + 1] - c[i]);
+        }
+    }
+    c[0]
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
     use alloc::vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn polynomials(degree: usize) -> impl Strategy<Value = Univariate> {
+        prop::collection::vec(-1.0..1.0_f64, 1..degree + 2).prop_map(Univariate::new)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(256) })]
+
+        // Coefficients and t are at most 1 in size, and every operation is a convex combination, or n times one: rounding is
+        // some n units of 2⁻⁵³ of the result's coefficients.
+        #[test]
+        fn arithmetic_is_that_of_the_values(a in polynomials(26), b in polynomials(9), t in 0.0..1.0_f64) {
+            let (x, y) = (a.eval(t), b.eval(t));
+            prop_assert!((a.mul(&b).eval(t) - x * y).abs() < 4e-14);
+            prop_assert!((a.add(&b).eval(t) - (x + y)).abs() < 4e-14);
+            prop_assert!((a.sub(&b).eval(t) - (x - y)).abs() < 4e-14);
+            prop_assert!((a.elevated(40).eval(t) - x).abs() < 4e-14);
+            prop_assert!((a.scaled(-3.0).eval(t) + 3.0 * x).abs() < 4e-14);
+            prop_assert!((a.reversed().eval(1.0 - t) - x).abs() < 4e-14);
+            let (low, high) = a.bounds();
+            prop_assert!(low - 1e-15 <= x && x <= high + 1e-15);
+        }
+
+        #[test]
+        fn parts_and_derivatives_are_those_of_the_whole(a in polynomials(26), at in 0.0..1.0_f64, t in 0.0..1.0_f64) {
+            let (l, r) = a.split(at);
+            prop_assert!((l.eval(t) - a.eval(at * t)).abs() < 4e-14);
+            prop_assert!((r.eval(t) - a.eval(at + (1.0 - at) * t)).abs() < 4e-14);
+            prop_assert_eq!(l.coefficients().last(), r.coefficients().first());
+            // The derivative of a part is that of the whole times its length.
+            let whole = at * a.derivative().eval(at * t);
+            prop_assert!((l.derivative().eval(t) - whole).abs() < 26.0 * 4e-14);
+        }
+    }
 
     #[test]
     fn product_of_linear_factors_is_their_product_everywhere() {
