@@ -158,3 +158,87 @@ where
         self.wiring = wiring;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use core::cell::RefCell;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    use embedded_hal::{digital, pwm};
+
+    use super::*;
+
+    /// One wire of the board, which writes all that happens to it into the common log.
+    struct Wire<'a>(&'static str, &'a RefCell<Vec<String>>);
+
+    impl Wire<'_> {
+        fn log(&self, what: &str) {
+            self.1.borrow_mut().push(std::format!("{}{what}", self.0));
+        }
+    }
+
+    impl digital::ErrorType for Wire<'_> {
+        type Error = Infallible;
+    }
+
+    impl OutputPin for Wire<'_> {
+        fn set_low(&mut self) -> Result<(), Infallible> {
+            self.log("0");
+            Ok(())
+        }
+
+        fn set_high(&mut self) -> Result<(), Infallible> {
+            self.log("1");
+            Ok(())
+        }
+    }
+
+    impl pwm::ErrorType for Wire<'_> {
+        type Error = Infallible;
+    }
+
+    impl SetDutyCycle for Wire<'_> {
+        fn max_duty_cycle(&self) -> u16 {
+            40_000
+        }
+
+        fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+            self.log(&duty.to_string());
+            Ok(())
+        }
+    }
+
+    impl DelayNs for Wire<'_> {
+        fn delay_ns(&mut self, ns: u32) {
+            self.log(&ns.to_string());
+        }
+    }
+
+    #[test]
+    fn pins_get_the_signals() {
+        let log = RefCell::new(Vec::new());
+        let wire = |name| Wire(name, &log);
+        let axis = |step, direction| StepDirection { step: wire(step), direction: wire(direction) };
+        let mut pins =
+            Pins::new((axis("xs", "xd"), axis("ys", "yd"), ()), wire("en"), wire("pwm"), wire("ns"), Servo::default());
+        let mut said = |act: &mut dyn FnMut(&mut Pins<_, _, _, _, _, _>)| {
+            act(&mut pins);
+            log.borrow_mut().drain(..).collect::<Vec<_>>().join(" ")
+        };
+        let both = Axes::from_bits(0b011);
+        assert_eq!(
+            said(&mut |p| p.configure(Wiring { pulse_us: 4, invert_directions: Axes::from_bits(2), idle_delay_ms: 0 })),
+            ""
+        );
+        assert_eq!(said(&mut |p| p.enable_motors(true)), "en0");
+        assert_eq!(said(&mut |p| p.set_directions(both)), "xd1 yd0");
+        assert_eq!(said(&mut |p| p.set_directions(Axes::NONE)), "xd0 yd1");
+        assert_eq!(said(&mut |p| p.step(both)), "xs1 ys1 ns4000 xs0 ys0");
+        assert_eq!(said(&mut |p| p.step(Axes::from_bits(0b101))), "xs1 ns4000 xs0");
+        // 1 ms and 2 ms of 20 ms.
+        assert_eq!(said(&mut |p| p.set_pen(Pen::Off)), "pwm2000");
+        assert_eq!(said(&mut |p| p.set_pen(Pen::On { level: u16::MAX })), "pwm4000");
+        assert_eq!(said(&mut |p| p.enable_motors(false)), "en1");
+    }
+}

@@ -306,9 +306,9 @@ mod tests {
                 if last {
                     // What the next block was planned to be entered with is never exceeded.
                     prop_assert!(run.end <= run.exit_planned * 1.001 + 1e-3, "{} into {}", run.end, run.exit_planned);
-                    for axis in 0..3 {
+                    for (axis, at) in position.iter_mut().enumerate() {
                         let steps = i64::from(run.segment.steps[axis]);
-                        position[axis] += if run.segment.negative.contains(axis) { -steps } else { steps };
+                        *at += if run.segment.negative.contains(axis) { -steps } else { steps };
                     }
                 }
                 // The mean speeds of neighbours differ by at most the acceleration times the distance of their middles.

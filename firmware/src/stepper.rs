@@ -53,7 +53,43 @@ pub enum Command {
 }
 
 /// The interrupt's side as the main loop sees it. [`Stepper`] itself where one context runs both; on a board with interrupts an
-/// adapter that locks a shared [`Stepper`] for each call, which keeps every critical section to a copy of 56 bytes.
+/// adapter that locks a shared [`Stepper`] for each call, which keeps every critical section to a copy of 56 bytes:
+///
+/// ```
+/// use core::cell::RefCell; // on a board: critical_section::Mutex<RefCell<Stepper<…>>> in a static
+/// use penvis_firmware::{AXES, Axes, Command, Controller, Hardware, Pen, Settings, StepSink, Stepper, Wiring};
+///
+/// struct Board;
+/// impl Hardware for Board {
+///     fn set_directions(&mut self, _: Axes) {}
+///     fn step(&mut self, _: Axes) {}
+///     fn set_pen(&mut self, _: Pen) {}
+/// }
+///
+/// struct Shared<'a>(&'a RefCell<Stepper<Board>>);
+/// impl StepSink for Shared<'_> {
+///     fn room(&self) -> usize { self.0.borrow().room() }
+///     fn push(&mut self, command: Command) -> bool { self.0.borrow_mut().push(command) }
+///     fn is_idle(&self) -> bool { self.0.borrow().is_idle() }
+///     fn is_moving(&self) -> bool { self.0.borrow().is_moving() }
+///     fn position(&self) -> [i32; AXES] { self.0.borrow().position() }
+///     fn abort(&mut self) { self.0.borrow_mut().abort() }
+///     fn configure(&mut self, wiring: Wiring) { self.0.borrow_mut().configure(wiring) }
+/// }
+///
+/// let stepper = RefCell::new(Stepper::new(Board));
+/// let mut controller: Controller<64> = Controller::new(Settings::default());
+/// for &byte in b"G0 X1\n" {
+///     controller.receive(byte);
+/// }
+/// // The main loop does this for ever; the timer interrupt, stepper.borrow_mut().tick().
+/// while !controller.is_idle(&Shared(&stepper)) {
+///     controller.poll(&mut Shared(&stepper));
+///     controller.transmit();
+///     stepper.borrow_mut().tick();
+/// }
+/// assert_eq!(stepper.borrow().position(), [80, 0, 0]);
+/// ```
 pub trait StepSink {
     /// Commands that still fit.
     fn room(&self) -> usize;
