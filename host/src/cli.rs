@@ -21,8 +21,8 @@ enum Command {
     Draw(Box<DrawArgs>),
     /// Tell what a model holds, or list the built-in models
     Info(command::info::InfoArgs),
-    /// Stream a job to a plotter, or to a simulated one
-    Plot(command::plot::PlotArgs),
+    /// Draw a model, or a file for a plotter, with a plotter or a simulated one
+    Plot(Box<command::plot::PlotArgs>),
     /// List the serial ports
     Ports(command::ports::PortsArgs),
     /// List the plotters, or print the profile of one

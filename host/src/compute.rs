@@ -118,7 +118,8 @@ pub fn summary(name: &str, stats: &crate::stats::Stats) -> String {
     )
 }
 
-fn duration_text(duration: Duration) -> String {
+/// A time as its reader would say it: to the second, and to the minute from an hour on.
+pub(crate) fn duration_text(duration: Duration) -> String {
     let seconds = duration.as_secs_f64().round() as u64;
     match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
         (0, 0, s) => format!("{s} s"),

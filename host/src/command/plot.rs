@@ -9,14 +9,18 @@ use penvis_firmware::Settings;
 use serialport::FlowControl;
 use thiserror::Error as ThisError;
 
+use crate::cli::DrawingArgs;
+use crate::compute::{Computed, compute, duration_text, summary};
 use crate::device::{self, Device, Flow, Gcode, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
-use crate::options::folder;
+use crate::options::{DrawingOptions, folder};
 use crate::output;
+use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError};
 use crate::sim::{Recording, SimPort};
+use crate::stats::Stats;
 use crate::stream::{self, Clock, StreamError, Terminal, WallClock};
 
 /// Name of the port with the simulated plotter.
@@ -34,9 +38,9 @@ const SIM_PEN_MM: f64 = 0.3;
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Files for a plotter: .gcode, .nc, .hpgl, .plt
-    #[arg(required = true, value_name = "FILE")]
-    pub job: PathBuf,
+    /// Built-in models (`penvis info --list`) or surface JSON files, several as one scene; or one file for a plotter: .gcode, .nc, .hpgl, .plt
+    #[arg(required = true, value_name = "MODEL|FILE")]
+    pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter
     #[arg(long, value_name = "PORT")]
     pub port: String,
@@ -49,6 +53,9 @@ pub struct PlotArgs {
     /// With --port sim: file for what the simulated plotter drew, .svg or .png [default: JOB-ink.svg in the current folder]
     #[arg(long, value_name = "FILE")]
     pub sim_out: Option<PathBuf>,
+    /// What is drawn of a model, and on which paper
+    #[command(flatten)]
+    pub drawing: DrawingArgs,
 }
 
 /// Why a job was not plotted.
@@ -92,11 +99,19 @@ pub enum PlotError {
         /// What it speaks.
         speaks: &'static str,
     },
-    /// A file that is no job.
-    #[error("{file} is no job for a plotter; those end in .gcode, .nc, .hpgl or .plt")]
+    /// A file that is neither a job nor a model.
+    #[error("{file} is no job for a plotter; those end in .gcode, .nc, .hpgl or .plt, and models in .json")]
     Kind {
         /// The file.
         file: String,
+    },
+    /// A file among others.
+    #[error("{file} is plotted by itself; give it without {other}")]
+    Several {
+        /// The file.
+        file: String,
+        /// What else was given.
+        other: String,
     },
     /// A job that cannot be read.
     #[error("{file} cannot be read: {source}")]
@@ -167,16 +182,35 @@ enum Destination<'a> {
 /// # Errors
 /// [`Error`]: what is wrong with the command line or the job, or what went wrong on the way. No file is left behind then.
 pub fn run(args: &PlotArgs) -> Result<(), Error> {
-    let format = Format::of_path(&args.job);
+    let file = file(&args.jobs)?;
+    let format = file.and_then(Format::of_path);
     let device = device::find(args.device.as_deref().unwrap_or(default_device(&args.port, format)))?;
     let destination = destination(args, &device)?;
-    let job = read(&args.job, format, &device)?;
+    let job = match file {
+        Some(path) => read(path, &device)?,
+        None => draw(args, &device)?,
+    };
     let baud = args.baud.unwrap_or(device.baud);
     let conversation = protocol::start(&job.bytes, &device, baud)
         .map_err(|source| PlotError::Job { name: job.name.clone(), source })?;
     match destination {
         Destination::Sim { gcode, ink } => simulate(&job, conversation, &device, gcode, baud, &ink),
         Destination::Port(port) => Ok(plot(&job, conversation, &device, baud, port)?),
+    }
+}
+
+/// The file for a plotter among the jobs, which then must be the only one; none when they are models.
+fn file(jobs: &[String]) -> Result<Option<&Path>, PlotError> {
+    let format = |job: &String| Format::of_path(Path::new(job));
+    if let Some(file) = jobs.iter().find(|job| matches!(format(job), Some(Format::Svg | Format::Png))) {
+        return Err(PlotError::Kind { file: file.clone() });
+    }
+    let Some(file) = jobs.iter().find(|job| matches!(format(job), Some(Format::Gcode | Format::Hpgl))) else {
+        return Ok(None);
+    };
+    match jobs.iter().position(|job| job == file).and_then(|at| jobs.get(if at == 0 { 1 } else { 0 })) {
+        Some(other) => Err(PlotError::Several { file: file.clone(), other: other.clone() }),
+        None => Ok(Some(Path::new(file))),
     }
 }
 
@@ -199,7 +233,7 @@ fn destination<'a>(args: &'a PlotArgs, device: &'a Device) -> Result<Destination
     let Language::Grbl(gcode) = &device.language else {
         return Err(PlotError::SimLanguage { device: device.name.clone(), speaks: device.language.name() });
     };
-    let ink = args.sim_out.clone().unwrap_or_else(|| ink_name(&args.job));
+    let ink = args.sim_out.clone().unwrap_or_else(|| ink_name(&args.jobs));
     if !matches!(Format::of_path(&ink), Some(Format::Svg | Format::Png)) {
         return Err(PlotError::SimOutKind { path: ink });
     }
@@ -217,21 +251,45 @@ fn destination<'a>(args: &'a PlotArgs, device: &'a Device) -> Result<Destination
     }
 }
 
-/// Where the picture goes when nothing is said: into the current folder, under the name of the job.
-fn ink_name(job: &Path) -> PathBuf {
-    let stem = job.file_stem().unwrap_or(job.as_os_str()).to_string_lossy();
-    PathBuf::from(format!("{stem}-ink.svg"))
+/// Where the picture goes when nothing is said: into the current folder, under the names of the jobs.
+fn ink_name(jobs: &[String]) -> PathBuf {
+    let stem = |job: &String| {
+        let path = Path::new(job);
+        path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    };
+    PathBuf::from(format!("{}-ink.svg", jobs.iter().map(stem).collect::<Vec<_>>().join("-")))
+}
+
+/// Draws models in the language of the device.
+fn draw(args: &PlotArgs, device: &Device) -> Result<Job, Error> {
+    let options = DrawingOptions::new(&args.jobs, &args.drawing)?;
+    // Said before the drawing is computed rather than after it.
+    device.place(options.page).map_err(PlotError::Place)?;
+    let progress = Progress::start();
+    let Computed { drawing, stats, seconds, .. } = compute(&options, &progress)?;
+    drop(progress);
+    let name = drawing.name.clone();
+    let made = match device.language {
+        Language::Grbl(_) => emit::gcode(&drawing, device),
+        Language::Hpgl(_) => emit::hpgl(&drawing, device),
+    };
+    let text = made.map_err(|source| Error::Emit { path: PathBuf::from(&name), source })?;
+    let stats = Stats::new(&stats, seconds, &drawing, device);
+    eprintln!("{}", summary(&name, &stats));
+    if stats.undecided() > 0 {
+        eprintln!("warning: visibility is undecided at {} places", stats.undecided());
+    }
+    Ok(Job { name, bytes: text.into_bytes(), page: Some(options.page) })
 }
 
 /// Reads a file in the language of the device.
-fn read(path: &Path, format: Option<Format>, device: &Device) -> Result<Job, PlotError> {
+fn read(path: &Path, device: &Device) -> Result<Job, PlotError> {
     let file = path.display().to_string();
-    match (format, &device.language) {
+    match (Format::of_path(path), &device.language) {
         (Some(Format::Gcode), Language::Grbl(_)) | (Some(Format::Hpgl), Language::Hpgl(_)) => {}
-        (Some(Format::Gcode | Format::Hpgl), language) => {
+        (_, language) => {
             return Err(PlotError::Language { file, device: device.name.clone(), speaks: language.name() });
         }
-        _ => return Err(PlotError::Kind { file }),
     }
     match fs::read(path) {
         Ok(bytes) => Ok(Job { name: file, bytes, page: None }),
@@ -289,7 +347,7 @@ fn plot(job: &Job, mut conversation: Conversation, device: &Device, baud: u32, p
         .map_err(|source| PlotError::Stream { name: job.name.clone(), source })?;
     let pieces = conversation.protocol.progress().total;
     let unit = conversation.protocol.place().unit;
-    eprintln!("{}: {pieces} {unit}s plotted in {}", job.name, minutes(clock.now()));
+    eprintln!("{}: {pieces} {unit}s plotted in {}", job.name, duration_text(clock.now()));
     Ok(())
 }
 
@@ -300,13 +358,8 @@ fn simulated(name: &str, lines: usize, recording: &Recording) -> String {
         recording.ink_mm(),
         recording.travel_mm(),
         recording.lifts(),
-        minutes(Duration::try_from_secs_f64(recording.duration_s).unwrap_or_default()),
+        duration_text(Duration::try_from_secs_f64(recording.duration_s).unwrap_or_default()),
     )
-}
-
-fn minutes(time: Duration) -> String {
-    let seconds = time.as_secs_f64();
-    if seconds < 60.0 { format!("{seconds:.1} s") } else { format!("{:.1} min", seconds / 60.0) }
 }
 
 #[cfg(test)]
@@ -350,6 +403,14 @@ mod tests {
     }
 
     #[test]
+    fn a_model_is_drawn_and_plotted() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("ink.svg");
+        plotted(&["saddle", "--iso", "2", "--port", "sim", "--sim-out", out.to_str().unwrap()]).unwrap();
+        assert!(fs::read_to_string(out).unwrap().contains("width=\"297mm\" height=\"210mm\""));
+    }
+
+    #[test]
     fn nothing_is_left_of_a_job_that_fails() {
         let (folder, job) = folder_with("bad.nc", "G21\nG1X10F600\nG5Y3\n");
         let out = folder.path().join("ink.svg");
@@ -379,7 +440,10 @@ mod tests {
             (&[hpgl, "--port", "sim"], "plot with --device penvis"),
             (&[hpgl, "--port", "sim", "--device", "penvis"], "not in the language of `penvis`, grbl"),
             (&[&gcode, "--port", "sim", "--device", "nobody"], "there is no device `nobody`"),
-            (&["a.pdf", "--port", "sim"], "a.pdf is no job"),
+            (&["a.svg", "--port", "sim"], "a.svg is no job"),
+            (&["teapot", &gcode, "--port", "sim"], "is plotted by itself; give it without teapot"),
+            (&["no-such-model", "--port", "sim"], "no-such-model"),
+            (&["teapot", "--port", "sim", "--paper", "a2"], "larger than the reach"),
             (&["gone.gcode", "--port", "sim"], "gone.gcode cannot be read"),
             (&[long, "--port", "sim"], "line 1 has 93 characters"),
         ];
@@ -391,8 +455,9 @@ mod tests {
 
     #[test]
     fn the_picture_is_named_after_the_job() {
-        assert_eq!(ink_name(Path::new("teapot")), Path::new("teapot-ink.svg"));
-        assert_eq!(ink_name(Path::new("some/where/job.gcode")), Path::new("job-ink.svg"));
+        assert_eq!(ink_name(&["teapot".into()]), Path::new("teapot-ink.svg"));
+        assert_eq!(ink_name(&["some/where/job.gcode".into()]), Path::new("job-ink.svg"));
+        assert_eq!(ink_name(&["a/x.json".into(), "torus".into()]), Path::new("x-torus-ink.svg"));
     }
 
     #[test]
