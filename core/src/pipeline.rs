@@ -145,7 +145,7 @@ impl Prepared {
         let g = Geometry { view: &self.view, forms: &self.forms };
         let size = self.view.size();
         begin(Stage::Arrange);
-        let arrangement = arrange(&self.curves, &self.arcs, RESOLUTION * size);
+        let arrangement = arrange(&self.curves, &self.arcs, self.view.patches(), &self.stitching, RESOLUTION * size);
         begin(Stage::Visibility);
         let occluders = Occluders::new(self.view.patches());
         let options = ClassifyOptions {

@@ -111,6 +111,21 @@ impl Stitching {
         Self { sides, edges }
     }
 
+    /// For every surface the surfaces that share an edge with it, itself included, in increasing order.
+    #[must_use]
+    pub fn joined_surfaces(&self) -> Vec<Vec<usize>> {
+        let mut joined: Vec<Vec<usize>> = (0..self.sides.len() / 4).map(|s| alloc::vec![s]).collect();
+        for edge in &self.edges {
+            let own = self.sides[edge.side].line.surface;
+            joined[own].extend(edge.partners.iter().map(|&p| self.sides[p].line.surface));
+        }
+        for list in &mut joined {
+            list.sort_unstable();
+            list.dedup();
+        }
+        joined
+    }
+
     /// The edges of one side.
     pub fn edges_of(&self, side: usize) -> impl Iterator<Item = &Edge> {
         let from = self.edges.partition_point(|e| e.side < side);

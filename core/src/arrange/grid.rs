@@ -1,13 +1,11 @@
-//! Broad phase: which arcs come near a given one. Cost follows the number of near pairs, not of all pairs.
+//! Broad phase: which boxes on the screen come near a given one. Cost follows the number of near pairs, not of all pairs.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use glam::DVec2;
 
-use super::arc::Arc;
-
-/// A uniform grid over the screen with the arcs whose boxes meet each cell.
+/// A uniform grid over the screen with the boxes that meet each cell.
 pub(crate) struct Grid {
     origin: DVec2,
     cell: DVec2,
@@ -17,48 +15,34 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Bins `arcs`; about two cells an arc, so that a cell holds a few.
-    pub(crate) fn new(arcs: &[Arc]) -> Self {
-        let (mut lo, mut hi) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for a in arcs {
-            lo = lo.min(a.lo);
-            hi = hi.max(a.hi);
-        }
-        if arcs.is_empty() {
+    /// Bins boxes given by their lower left and upper right corners; about two cells a box, so that a cell holds a few.
+    pub(crate) fn new(boxes: impl Iterator<Item = (DVec2, DVec2)> + Clone) -> Self {
+        let start = (DVec2::INFINITY, DVec2::NEG_INFINITY, 0_usize);
+        let (mut lo, mut hi, total) = boxes.clone().fold(start, |(lo, hi, n), b| (lo.min(b.0), hi.max(b.1), n + 1));
+        if total == 0 {
             (lo, hi) = (DVec2::ZERO, DVec2::ONE);
         }
-        let count = (libm::sqrt(2.0 * arcs.len() as f64) as usize).clamp(1, 1024);
+        let count = (libm::sqrt(2.0 * total as f64) as usize).clamp(1, 1024);
         let extent = (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE));
-        let mut grid = Self {
-            origin: lo,
-            cell: extent / count as f64,
-            count,
-            starts: vec![0; count * count + 1],
-            items: Vec::new(),
-        };
-        for a in arcs {
-            grid.each_cell(a.lo, a.hi, |c, g| g[c + 1] += 1);
+        let mut starts = vec![0; count * count + 1];
+        let mut grid = Self { origin: lo, cell: extent / count as f64, count, starts: Vec::new(), items: Vec::new() };
+        for (lo, hi) in boxes.clone() {
+            grid.cells(lo, hi).for_each(|c| starts[c + 1] += 1);
         }
         for c in 0..count * count {
-            grid.starts[c + 1] += grid.starts[c];
+            starts[c + 1] += starts[c];
         }
-        let mut next = grid.starts.clone();
-        let mut items = vec![0; grid.starts[count * count] as usize];
-        for (i, a) in arcs.iter().enumerate() {
-            for c in grid.cells(a.lo, a.hi) {
+        let mut next = starts.clone();
+        let mut items = vec![0; starts[count * count] as usize];
+        for (i, (lo, hi)) in boxes.enumerate() {
+            for c in grid.cells(lo, hi) {
                 items[next[c] as usize] = i as u32;
                 next[c] += 1;
             }
         }
+        grid.starts = starts;
         grid.items = items;
         grid
-    }
-
-    fn each_cell(&mut self, lo: DVec2, hi: DVec2, f: impl Fn(usize, &mut [u32])) {
-        let cells: Vec<usize> = self.cells(lo, hi).collect();
-        for c in cells {
-            f(c, &mut self.starts);
-        }
     }
 
     fn cells(&self, lo: DVec2, hi: DVec2) -> impl Iterator<Item = usize> + use<> {
@@ -70,7 +54,7 @@ impl Grid {
         (i0..=i1).flat_map(move |i| (j0..=j1).map(move |j| i * n + j))
     }
 
-    /// Indices of the arcs in the cells that the box meets, in increasing order, each once.
+    /// Indices of the boxes in the cells that the given one meets, in increasing order, each once.
     pub(crate) fn near(&self, lo: DVec2, hi: DVec2, out: &mut Vec<u32>) {
         out.clear();
         for c in self.cells(lo, hi) {

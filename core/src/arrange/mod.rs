@@ -2,24 +2,28 @@
 //!
 //! Along a curve the number of sheets in front changes only where an active curve (silhouette, boundary, crease) that is
 //! nearer to the eye crosses it on the screen, where the curve meets the silhouette of its own surface, at its own
-//! corners and cusps, and where it pierces another surface (Elber and Cohen 1989, lemma 2.5 and corollary 2.1). The
-//! first are found here by intersecting arcs; those on the curve's own surface come with the curve, from parameter
-//! space; piercing is found by the visibility stage.
+//! corners and cusps, and where it pierces another surface (Elber and Cohen 1989, lemma 2.5 and corollary 2.1; they
+//! exclude piercing). Crossings are found by intersecting arcs, piercings by intersecting arcs and patches; places on the
+//! curve's own surface come with the curve, from parameter space.
 
 mod arc;
 mod grid;
 mod intersect;
+mod pierce;
 
 use alloc::vec::Vec;
 
 use glam::{DVec2, DVec4};
 
 use crate::extract::{Geometry, Path, SurfaceCurve};
+use crate::stitch::Stitching;
+use crate::view::Patch;
 use arc::{Arc, Control, split_control};
 use grid::Grid;
 use intersect::{Meeting, Work, meetings};
+use pierce::Sheets;
 
-/// A part of a curve with one quantitative invisibility, but for piercing.
+/// A part of a curve with one quantitative invisibility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     /// Index of the curve.
@@ -43,6 +47,8 @@ pub struct ArrangeStats {
     pub newton: u64,
     /// Crossings with something not behind.
     pub crossings: u64,
+    /// Places where curves pierce surfaces that they do not belong to.
+    pub piercings: u64,
     /// Intervals in which curves coincide on the screen.
     pub overlaps: u64,
     /// Pieces that came out.
@@ -195,10 +201,17 @@ fn hermite(c: &SurfaceCurve, index: usize, g: &Geometry<'_>, t: [f64; 2], fit: f
 /// coincide; every crossing farther than that from another, and at an angle that the arithmetic can see, is found.
 /// Cost: proportional to the number of near pairs of arcs.
 #[must_use]
-pub fn arrange(curves: &[SurfaceCurve], arcs: &Arcs, resolution: f64) -> Arrangement {
+pub fn arrange(
+    curves: &[SurfaceCurve],
+    arcs: &Arcs,
+    patches: &[Patch],
+    stitching: &Stitching,
+    resolution: f64,
+) -> Arrangement {
     let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
-    let grid = Grid::new(&active);
-    let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, resolution);
+    let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
+    let sheets = Sheets::new(patches, stitching.joined_surfaces());
+    let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, &sheets, resolution);
     #[cfg(feature = "parallel")]
     let parts: Vec<_> = {
         use rayon::prelude::*;
@@ -214,6 +227,7 @@ pub fn arrange(curves: &[SurfaceCurve], arcs: &Arcs, resolution: f64) -> Arrange
         stats.newton += work.newton;
         stats.crossings += work.crossings;
         stats.overlaps += work.overlaps;
+        stats.piercings += work.piercings;
         pieces.extend(part);
         lengths.push(table);
     }
@@ -233,6 +247,7 @@ fn split_curve(
     arcs: &Arcs,
     active: &[Arc],
     grid: &Grid,
+    sheets: &Sheets,
     resolution: f64,
 ) -> (Vec<Piece>, LengthTable, ArrangeStats) {
     let curve = &curves[index];
@@ -242,6 +257,9 @@ fn split_curve(
     let (mut cuts, mut covers) = (curve.splits.clone(), Vec::new());
     let (mut near, mut found) = (Vec::new(), Vec::new());
     for arc in arcs.of(index) {
+        let known = cuts.len();
+        sheets.piercings(arc, &curve.surfaces, resolution, &mut cuts);
+        stats.piercings += (cuts.len() - known) as u64;
         let margin = DVec2::splat(resolution);
         grid.near(arc.lo - margin, arc.hi + margin, &mut near);
         for &k in &near {

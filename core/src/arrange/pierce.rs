@@ -1,0 +1,270 @@
+//! Where curves pierce surfaces: there the sheet passes from behind a curve to in front of it without crossing it on
+//! the screen.
+//!
+//! Curve and surface are subdivided together until they are apart, or flat and transversal, when Newton's method finds
+//! the one point. A curve that runs in a surface (contact to the resolution) does not pierce it.
+
+use alloc::vec::Vec;
+
+use glam::{DMat3, DVec3, DVec4};
+
+use super::arc::Arc;
+use super::grid::Grid;
+use crate::view::{Patch, net_jet};
+
+/// A piece of a patch in view space.
+#[derive(Clone, Debug)]
+struct Cell {
+    degree: [usize; 2],
+    points: Vec<DVec4>,
+    lo: DVec3,
+    hi: DVec3,
+}
+
+/// The patches, cut into a few cells each, with a broad phase on the screen.
+pub(super) struct Sheets {
+    cells: Vec<(usize, Cell)>,
+    grid: Grid,
+    /// For every surface the surfaces joined to it along an edge, itself included, in increasing order.
+    joined: Vec<Vec<usize>>,
+}
+
+/// Cells a patch and direction for the broad phase: enough to tell most curves from most patches.
+const CUTS: u32 = 2;
+
+impl Sheets {
+    pub(super) fn new(patches: &[Patch], joined: Vec<Vec<usize>>) -> Self {
+        let mut cells = Vec::new();
+        for p in patches {
+            let whole = Cell::new([p.degree_u, p.degree_v], p.points.clone());
+            let mut parts = alloc::vec![whole];
+            for _ in 0..CUTS {
+                parts = parts
+                    .iter()
+                    .flat_map(|c| {
+                        let (a, b) = c.halves(0);
+                        let ((a0, a1), (b0, b1)) = (a.halves(1), b.halves(1));
+                        [a0, a1, b0, b1]
+                    })
+                    .collect();
+            }
+            cells.extend(parts.into_iter().map(|c| (p.surface, c)));
+        }
+        let grid = Grid::new(cells.iter().map(|(_, c)| (c.lo.truncate(), c.hi.truncate())));
+        Self { cells, grid, joined }
+    }
+
+    /// Parameters of `arc`'s curve at which the arc, part of a curve on `surfaces`, pierces another surface that is not
+    /// joined to them. (At a join curve and neighbour meet in an end point of the curve only.)
+    pub(super) fn piercings(&self, arc: &Arc, surfaces: &[usize], resolution: f64, out: &mut Vec<f64>) {
+        let mut near = Vec::new();
+        self.grid.near(arc.lo, arc.hi, &mut near);
+        let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
+        for k in near {
+            let (surface, cell) = &self.cells[k as usize];
+            if cell.lo.cmpgt(hi).any() || lo.cmpgt(cell.hi).any() {
+                continue;
+            }
+            if surfaces.iter().any(|&s| self.joined[s].binary_search(surface).is_ok()) {
+                continue;
+            }
+            meet(arc, cell, resolution, out, 0);
+        }
+    }
+}
+
+impl Cell {
+    fn new(degree: [usize; 2], points: Vec<DVec4>) -> Self {
+        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for h in &points {
+            let e = h.truncate() / h.w;
+            lo = lo.min(e);
+            hi = hi.max(e);
+        }
+        Self { degree, points, lo, hi }
+    }
+
+    /// The halves in u (`axis` 0) or v (1).
+    fn halves(&self, axis: usize) -> (Self, Self) {
+        let w = self.degree[1] + 1;
+        let (stride, lines, n) =
+            if axis == 0 { (w, w, self.degree[0]) } else { (1, self.degree[0] + 1, self.degree[1]) };
+        let (mut left, mut right) = (self.points.clone(), self.points.clone());
+        for line in 0..lines {
+            let first = if axis == 0 { line } else { line * w };
+            for r in (0..=n).rev() {
+                left[first + (n - r) * stride] = right[first];
+                for i in 0..r {
+                    let (a, b) = (right[first + i * stride], right[first + (i + 1) * stride]);
+                    right[first + i * stride] = (a + b) * 0.5;
+                }
+            }
+        }
+        (Self::new(self.degree, left), Self::new(self.degree, right))
+    }
+
+    /// The direction in which the cell is longer.
+    fn longer(&self) -> usize {
+        let w = self.degree[1] + 1;
+        let at = |i: usize, j: usize| {
+            let h = self.points[i * w + j];
+            h.truncate() / h.w
+        };
+        let (p, q) = (self.degree[0], self.degree[1]);
+        let u = (at(p, 0) - at(0, 0)).length().max((at(p, q) - at(0, q)).length());
+        let v = (at(0, q) - at(0, 0)).length().max((at(p, q) - at(p, 0)).length());
+        usize::from(v > u)
+    }
+
+    /// Position and local derivatives.
+    fn jet(&self, s: f64, t: f64) -> (DVec3, DVec3, DVec3) {
+        let [h, hu, hv] = net_jet(&self.points, self.degree[0], self.degree[1], s, t);
+        let p = h.truncate() / h.w;
+        (p, (hu.truncate() - p * hu.w) / h.w, (hv.truncate() - p * hv.w) / h.w)
+    }
+}
+
+/// Extent of control points along `n` from `origin`.
+fn along(points: &[DVec4], origin: DVec3, n: DVec3) -> (f64, f64) {
+    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| {
+        let d = (h.truncate() / h.w - origin).dot(n);
+        (lo.min(d), hi.max(d))
+    })
+}
+
+/// Levels of halving in all; 2⁻²⁷ in each of three parameters is below the resolution of any picture.
+const MAX_DEPTH: u32 = 81;
+
+fn meet(arc: &Arc, cell: &Cell, resolution: f64, out: &mut Vec<f64>, depth: u32) {
+    let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
+    if cell.lo.cmpgt(hi).any() || lo.cmpgt(cell.hi).any() {
+        return;
+    }
+    let (p, du, dv) = cell.jet(0.5, 0.5);
+    let normal = du.cross(dv).normalize_or_zero();
+    let (c0, c1) = along(&cell.points, p, normal);
+    let (a0, a1) = along(&arc.points, p, normal);
+    let (arc_size, cell_size) = ((hi - lo).length(), (cell.hi - cell.lo).length());
+    if normal != DVec3::ZERO {
+        if a0 - arc.error > c1 || a1 + arc.error < c0 {
+            return;
+        }
+        if a0 >= c0 - resolution && a1 <= c1 + resolution && c1 - c0 <= resolution {
+            // The arc lies in the surface: contact.
+            return;
+        }
+        // Flat and transversal: the arc's tangents and the cell's normals then stay on their sides of a plane's and a
+        // line's neighbourhood, so that there is one point at most.
+        let (q, d) = arc.jet(0.5);
+        let chord = d.normalize_or_zero();
+        let rise = chord.dot(normal).abs();
+        let bow = arc_bow(arc, q, chord);
+        if c1 - c0 <= FLAT * rise * cell_size && bow <= FLAT * rise * arc_size && rise > STEEP {
+            if let Some(x) = newton(arc, cell) {
+                out.push(arc.param(x));
+            }
+            return;
+        }
+    }
+    if (arc_size <= resolution && cell_size <= resolution) || depth >= MAX_DEPTH {
+        out.push(arc.param(0.5));
+        return;
+    }
+    if arc_size > cell_size {
+        let (l, r) = arc.halves();
+        meet(&l, cell, resolution, out, depth + 1);
+        meet(&r, cell, resolution, out, depth + 1);
+    } else {
+        let (l, r) = cell.halves(cell.longer());
+        meet(arc, &l, resolution, out, depth + 1);
+        meet(arc, &r, resolution, out, depth + 1);
+    }
+}
+
+/// Largest height of a cell or an arc, relative to its size, at which it counts as flat against a rise of one.
+const FLAT: f64 = 0.05;
+
+/// Smallest sine of the angle between arc and cell at which Newton's method is tried.
+const STEEP: f64 = 0.02;
+
+/// Largest distance of the arc's control points from the line through `q` along `chord`.
+fn arc_bow(arc: &Arc, q: DVec3, chord: DVec3) -> f64 {
+    arc.points.iter().fold(0.0_f64, |m, h| m.max((h.truncate() / h.w - q).cross(chord).length()))
+}
+
+/// The Bézier parameter of the arc at which it meets the cell, if it does within both.
+fn newton(arc: &Arc, cell: &Cell) -> Option<f64> {
+    // Neighbouring arcs and cells share their ends to rounding; a point there is found from both sides.
+    const END_SLACK: f64 = 1e-7;
+    let mut x = DVec3::splat(0.5);
+    for _ in 0..20 {
+        let ((a, da), (p, du, dv)) = (arc.jet(x.x), cell.jet(x.y, x.z));
+        let jacobian = DMat3::from_cols(da, -du, -dv);
+        if jacobian.determinant() == 0.0 {
+            return None;
+        }
+        let step = jacobian.inverse() * (p - a);
+        x += step;
+        if !x.is_finite() || x.abs().max_element() > 4.0 {
+            return None;
+        }
+        if step.abs().max_element() <= 1e-12 {
+            break;
+        }
+    }
+    let inside = x.cmpge(DVec3::splat(-END_SLACK)).all() && x.cmple(DVec3::splat(1.0 + END_SLACK)).all();
+    inside.then(|| x.x.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arc::Control;
+    use super::*;
+
+    fn arc(points: &[[f64; 3]]) -> Arc {
+        let points: Control = points.iter().map(|p| DVec4::new(p[0], p[1], p[2], 1.0)).collect();
+        Arc::new(0, [0.0, 1.0], points, 0.0)
+    }
+
+    /// The saddle z = x y over the unit square.
+    fn saddle() -> Cell {
+        let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)].map(|(x, y)| DVec4::new(x, y, x * y, 1.0));
+        Cell::new([1, 1], points.to_vec())
+    }
+
+    fn at(arc: &Arc, cell: &Cell) -> Vec<f64> {
+        let mut out = Vec::new();
+        meet(arc, cell, 1e-9, &mut out, 0);
+        out.sort_by(f64::total_cmp);
+        out.dedup_by(|a, b| (*a - *b).abs() < 1e-7);
+        out
+    }
+
+    #[test]
+    fn a_line_through_a_saddle_pierces_it_where_the_equation_says() {
+        // On x = y = t the saddle has z = t²; the line z = 1 − t meets it at t = (√5 − 1) / 2.
+        let t = at(&arc(&[[0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]), &saddle());
+        assert_eq!(t.len(), 1, "{t:?}");
+        assert!((t[0] - 0.618_033_988_749_894_9).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_parabola_pierces_twice() {
+        // z = 2 (t − ½)² + 0.1 over x = t, y = ½ against z = t / 2: 2 t² − 2.5 t + 0.6 = 0.
+        let t = at(&arc(&[[0.0, 0.5, 0.6], [0.5, 0.5, -0.4], [1.0, 0.5, 0.6]]), &saddle());
+        let root = libm::sqrt(2.5 * 2.5 - 4.8);
+        assert_eq!(t.len(), 2, "{t:?}");
+        assert!((t[0] - (2.5 - root) / 4.0).abs() < 1e-12 && (t[1] - (2.5 + root) / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_ruling_lies_in_the_saddle_and_does_not_pierce_it() {
+        assert!(at(&arc(&[[0.25, 0.0, 0.0], [0.25, 1.0, 0.25]]), &saddle()).is_empty());
+    }
+
+    #[test]
+    fn a_line_beside_or_above_does_not_pierce() {
+        assert!(at(&arc(&[[0.0, 0.0, 0.1], [1.0, 1.0, 1.1]]), &saddle()).is_empty());
+        assert!(at(&arc(&[[1.1, 0.0, -1.0], [1.1, 1.0, 2.0]]), &saddle()).is_empty());
+    }
+}
