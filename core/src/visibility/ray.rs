@@ -76,7 +76,8 @@ pub enum Unclear {
 /// How many sheets lie in front of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RayAnswer {
-    /// Sheets strictly in front. Where the answer is not clear, the lower of the possible counts.
+    /// Sheets strictly in front. Where the answer is not clear, borders and folds that could not be decided count the
+    /// least they may.
     pub qi: u32,
     /// Whether every point of the screen near the point has this count too, sheets through the point apart.
     pub clear: bool,
@@ -84,6 +85,13 @@ pub struct RayAnswer {
     pub reason: Option<Unclear>,
     /// Whether a sheet that is not excluded passes through the point.
     pub contact: bool,
+}
+
+impl RayAnswer {
+    fn doubt(&mut self, why: Unclear) {
+        self.clear = false;
+        self.reason.get_or_insert(why);
+    }
 }
 
 /// What the queries through one scratch have cost so far.
@@ -190,12 +198,8 @@ impl Occluders {
         let ray = Ray { q: p.truncate(), floor: p.z - contact, ceiling: p.z + contact, exclude };
         let enclosed = self.collect(&ray, scratch);
         let mut answer = RayAnswer { qi: enclosed, clear: true, reason: None, contact: false };
-        let mut doubt = |why: Unclear| {
-            answer.clear = false;
-            answer.reason.get_or_insert(why);
-        };
         if scratch.budget == 0 {
-            doubt(Unclear::Limit);
+            answer.doubt(Unclear::Limit);
         }
         scratch.border.clear();
         for c in &scratch.crossings {
@@ -205,15 +209,23 @@ impl Occluders {
                 continue;
             }
             if c.hit.grazing {
-                doubt(Unclear::Fold);
+                answer.doubt(Unclear::Fold);
             } else if above <= tolerance {
                 answer.contact = true;
-                doubt(Unclear::Contact);
+                answer.doubt(Unclear::Contact);
             } else if c.sector.is_some() {
                 scratch.border.push(*c);
             } else {
                 answer.qi += 1;
             }
+        }
+        let front = |c: &&Crossing| c.hit.z > ray.ceiling;
+        let mut rest = &scratch.crossings[..];
+        while let Some((a, others)) = rest.split_first() {
+            if front(&a) && others.iter().filter(front).any(|b| self.folded(a, b, &mut scratch.events)) {
+                answer.doubt(Unclear::Fold);
+            }
+            rest = others;
         }
         scratch.border.sort_unstable_by(nearest_first);
         let mut rest = &scratch.border[..];
@@ -229,11 +241,26 @@ impl Occluders {
             let (low, high) = coverage(&scratch.sectors, &mut scratch.events);
             answer.qi += low;
             if low != high {
-                doubt(Unclear::Border);
+                answer.doubt(Unclear::Border);
             }
             rest = others;
         }
         answer
+    }
+
+    /// Whether two crossings are the two sides of a fold that is no farther than the width of a border on the screen.
+    ///
+    /// At the distance d from a fold of radius of curvature ρ the sheets lie √(2ρd) in front of and behind the fold and
+    /// have the slope √(ρ/2d), so that the difference of their depths is 4d times their slope.
+    fn folded(&self, a: &Crossing, b: &Crossing, events: &mut Vec<f64>) -> bool {
+        let sides = a.hit.surface == b.hit.surface && a.positive != b.positive && !(a.pole || b.pole);
+        let close = (a.hit.z - b.hit.z).abs() <= 2.0 * self.tolerances.border * (a.slope + b.slope);
+        // Two patches on either side of a border, one with its parameters reversed, are not a fold.
+        let overlap = match (a.sector, b.sector) {
+            (Some(a), Some(b)) => coverage(&[a, b], events).1 > 1,
+            _ => true,
+        };
+        sides && close && overlap
     }
 
     /// All hits of the sight line through the screen point `q`, nearest first. A border shared by several patches gives

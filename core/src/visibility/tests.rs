@@ -180,7 +180,10 @@ fn close_to_the_outline_of_a_sphere() {
                 assert_eq!(o.query((d * (1.0 - off)).extend(-2.0), &[], &mut scratch), clear(2), "{a} {off}");
                 assert_eq!(o.query((d * (1.0 + off)).extend(-2.0), &[], &mut scratch), clear(0), "{a} {off}");
             }
-            assert!(!o.query(d.extend(-2.0), &[], &mut scratch).clear);
+            for off in [1e-10, 1e-12, 0.0] {
+                let answer = o.query((d * (1.0 - off)).extend(-2.0), &[], &mut scratch);
+                assert!(!answer.clear && answer.qi <= 2, "{a} {off}");
+            }
         }
     }
     assert!(scratch.stats.halvings < 600 * scratch.stats.rays, "{:?}", scratch.stats);
