@@ -49,6 +49,15 @@ fn points(count: usize) -> impl Strategy<Value = Vec<DVec4>> {
     prop::collection::vec(point.prop_map(|(x, y, z, w)| DVec4::new(x, y, z, w)), count)
 }
 
+/// Numbers at the limits of the format, and ordinary ones.
+fn extremes() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => 0.1..3.0_f64,
+        2 => prop::sample::select(vec![0.0, 1.0, -1.0, 5e-324, f64::MIN_POSITIVE, f64::EPSILON, 1e150, 8e307]),
+        1 => prop::num::f64::ANY,
+    ]
+}
+
 fn curves_on(knots: impl Strategy<Value = KnotVector>) -> impl Strategy<Value = Curve> {
     knots.prop_flat_map(|k| (points(k.control_count()), Just(k))).prop_map(|(points, k)| Curve::new(k, points).unwrap())
 }
@@ -234,6 +243,24 @@ proptest! {
         for (a, b) in [(j.p, p), (j.du, du), (j.duu, duu), (j.dv, dv), (j.dvv, dvv), (j.duv, t.duv)] {
             prop_assert!((a - b).length() <= 1e-9 * size);
         }
+    }
+
+    #[test]
+    fn nothing_panics_on_extreme_numbers(
+        mut knots in prop::collection::vec(extremes(), 4..14),
+        raw in prop::collection::vec((extremes(), extremes(), extremes()), 10),
+        degree in 0..5_usize,
+        t in extremes(),
+    ) {
+        knots.sort_by(f64::total_cmp);
+        let Ok(k) = KnotVector::new(knots, degree) else { return Ok(()) };
+        let points = raw.iter().map(|&(x, y, w)| DVec4::new(x, y, 1.0, w)).cycle();
+        let Ok(c) = Curve::new(k.clone(), points.clone().take(k.control_count()).collect()) else { return Ok(()) };
+        let _ = (c.derivatives(t), c.split(t), c.insert_knot(t, 1), c.elevated(degree + 1), c.reversed().clamped());
+        let _ = (c.bezier_segments(), c.compatible(&c.reversed()), c.reparametrized([0.0, t]));
+        let n = k.control_count();
+        let Ok(s) = Surface::new(k.clone(), k, points.take(n * n).collect()) else { return Ok(()) };
+        let _ = (s.jet(t, -t), s.split_v(t), s.elevated(degree, degree + 1), s.bezier_patches(0), s.isocurve_v(t));
     }
 
     #[test]
