@@ -27,7 +27,9 @@ const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 const MAX_FORM_DEGREE: usize = 3 * MAX_DEGREE - 2;
 
 /// Rounding that view coordinates carry when they arrive, in units of roundoff times the largest coordinate: four
-/// products and sums of the view transform, as much again for its rounded matrix, and Bézier extraction before it.
+/// products and sums of the view transform, as much again for its rounded matrix, and Bézier extraction before it. What
+/// a perspective camera's translation cancels is not in the coordinates any more, nor in this bound: a model far from
+/// the origin compared with its size should be moved there first.
 const INPUT_ROUNDINGS: f64 = 16.0;
 
 /// The side of a patch that the eye sees.

@@ -56,6 +56,9 @@ pub struct Segment {
 /// Its parameter t runs from 0 to the number of segments; the integer part names the segment, the fraction the
 /// position between its two vertices along the independent parameter. The front-facing side lies on the left in the
 /// plane of the local parameters.
+///
+/// A silhouette goes on in the neighbouring patch from where it meets a smooth edge. The two ends agree across the edge
+/// to rounding, and along it to rounding divided by the angle at which the silhouette meets the edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedCurve {
     /// Index of the patch.

@@ -98,7 +98,8 @@ pub type Undecided = Rect;
 pub struct Arc {
     /// The independent variable: the arc has exactly one point for each of its values between the ends.
     pub axis: Axis,
-    /// The cell; the arc stays inside, and F has one zero on each line of constant independent variable across it.
+    /// The cell; the arc stays inside, and on each line of constant independent variable between the arc's ends F has
+    /// no other zero in it.
     pub cell: Rect,
     /// Whether F grows with the dependent variable.
     pub rising: bool,

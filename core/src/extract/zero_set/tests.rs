@@ -208,7 +208,11 @@ fn a_double_curve_is_undecided_and_bounded_in_cost() {
     let g = circle(0.45, 0.52, 0.3);
     let f = g.mul(&g);
     let z = zero_set(&f, noise(&f));
-    assert!(z.stats.cells <= MAX_CELLS + MAX_CELLS);
+    assert!(z.stats.cells <= 2 * MAX_CELLS && !z.undecided.is_empty());
+    for r in &z.undecided {
+        let distance = DVec2::new(r.u[0] - 0.45, r.v[0] - 0.52).length() - 0.3;
+        assert!(distance.abs() < 2e-2, "{r:?} {distance}");
+    }
 }
 
 #[test]
