@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3, DVec4};
 
 use super::leaf::{Degrees, Enclosure, Equations, Tolerances, Window, halve};
+use super::pole::{Pole, poles};
 use crate::view::{MAX_DEGREE, Patch};
 
 /// Lengths below this part of the scene's diagonal are not told apart: width of a border, depth of a contact. Coordinates
@@ -45,14 +46,6 @@ impl PatchInfo {
     pub(super) fn to_local(&self, uv: DVec2) -> DVec2 {
         DVec2::new((uv.x - self.u[0]) / (self.u[1] - self.u[0]), (uv.y - self.v[0]) / (self.v[1] - self.v[0]))
     }
-}
-
-/// A side of a patch that is one point on the screen.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pole {
-    pub(super) at: DVec2,
-    /// Smallest and largest depth of the side; they differ where the side runs along the sight line.
-    pub(super) depth: [f64; 2],
 }
 
 /// A cell of a patch as it was left by the construction.
@@ -283,27 +276,4 @@ fn has_area(patch: &Patch, rounding: f64) -> bool {
         a.perp_dot(b).abs() > noise
     };
     (0..3 * p).any(|i| (0..3 * q).any(|j| area(i, j)))
-}
-
-/// The sides of the patch that are one point on the screen.
-fn poles(patch: &Patch, rounding: f64) -> [Option<Pole>; 4] {
-    let (p, q) = (patch.degree_u, patch.degree_v);
-    let w = q + 1;
-    let side = |start: usize, step: usize, count: usize| {
-        let at = |k: usize| {
-            let h = patch.points[start + k * step];
-            h.truncate() / h.w
-        };
-        let first = at(0);
-        let mut depth = [first.z, first.z];
-        for k in 1..=count {
-            let x = at(k);
-            if (x - first).truncate().abs().max_element() > 4.0 * rounding {
-                return None;
-            }
-            depth = [depth[0].min(x.z), depth[1].max(x.z)];
-        }
-        Some(Pole { at: first.truncate(), depth })
-    };
-    [side(0, 1, q), side(p * w, 1, q), side(0, w, p), side(q, w, p)]
 }

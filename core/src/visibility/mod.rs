@@ -12,6 +12,7 @@ mod classify;
 mod coverage;
 mod hierarchy;
 mod leaf;
+mod pole;
 mod ray;
 
 pub use classify::{ClassifyOptions, Sighting, UndecidedPlace, VisibilityStats, classify};

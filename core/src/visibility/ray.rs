@@ -6,7 +6,8 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::coverage::{Sector, coverage};
 use super::hierarchy::{Leaf, Occluders, PatchInfo};
-use super::leaf::{Axis, Degrees, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
+use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
+use super::pole::{Fan, Pole, pole_fan};
 
 /// Halvings of a patch's parameter after which a cell is left undecided: 2⁻²⁶ is where the square of a cell's width, its
 /// extent across a fold on the screen, drowns in rounding.
@@ -395,41 +396,12 @@ impl Occluders {
             if (ray.q - pole.at).abs().max_element() > border {
                 continue;
             }
-            let across = side / 2;
-            match pole_fan(net, degrees, side, pole.at, self.tolerances.rounding) {
-                Fan::Sector(sector) => {
-                    let mut at = 0.5 * (window.lo + window.hi);
-                    at[across] = (side % 2) as f64;
-                    if holds(&scratch.excluded, at) {
-                        return Verdict::Done;
-                    }
-                    let along_sight = pole.depth[1] - pole.depth[0] > self.tolerances.contact;
-                    let hit = Hit {
-                        surface: patch.surface,
-                        patch: patch.index,
-                        uv: patch.to_surface(at),
-                        z: pole.depth[1],
-                        grazing: along_sight,
-                        border: true,
-                    };
-                    scratch.crossings.push(Crossing {
-                        hit,
-                        at,
-                        merge: DVec2::ZERO,
-                        pole: true,
-                        positive: true,
-                        sector: Some(sector),
-                        slope: 0.0,
-                    });
-                    return Verdict::Done;
-                }
-                Fan::Folded if window.depth[across] < FOLDED_POLE_LIMIT => {
-                    return Verdict::Halve(if across == 0 { Axis::U } else { Axis::V });
-                }
-                Fan::Folded => return self.give_up(patch, window, scratch, start),
-                Fan::Wide => {}
+            if let Some(verdict) = self.at_pole(patch, window, side, &pole, scratch, start) {
+                return verdict;
             }
         }
+        let net = &scratch.nets[start..];
+        let equations = &scratch.equations;
         if equations.vanish(&self.tolerances) {
             // Nothing on the screen tells the points of the cell apart any more.
             return self.give_up(patch, window, scratch, start);
@@ -464,6 +436,44 @@ impl Occluders {
             return Verdict::Halve(axis);
         }
         self.give_up(patch, window, scratch, start)
+    }
+
+    /// Decides the cell at the pole on its side `side`, for a sight line through that pole; `None` if it is too large.
+    fn at_pole(
+        &self,
+        patch: &PatchInfo,
+        window: Window,
+        side: usize,
+        pole: &Pole,
+        scratch: &mut RayScratch,
+        start: usize,
+    ) -> Option<Verdict> {
+        let across = side / 2;
+        match pole_fan(&scratch.nets[start..], patch.degrees, side, pole.at, self.tolerances.rounding) {
+            Fan::Sector(sector) => {
+                let mut at = 0.5 * (window.lo + window.hi);
+                at[across] = (side % 2) as f64;
+                if !holds(&scratch.excluded, at) {
+                    let hit = Hit {
+                        surface: patch.surface,
+                        patch: patch.index,
+                        uv: patch.to_surface(at),
+                        z: pole.depth[1],
+                        // A side along the sight line has no depth of its own.
+                        grazing: pole.depth[1] - pole.depth[0] > self.tolerances.contact,
+                        border: true,
+                    };
+                    let (sector, merge) = (Some(sector), DVec2::ZERO);
+                    scratch.crossings.push(Crossing { hit, at, merge, pole: true, positive: true, sector, slope: 0.0 });
+                }
+                Some(Verdict::Done)
+            }
+            Fan::Folded if window.depth[across] < FOLDED_POLE_LIMIT => {
+                Some(Verdict::Halve(if across == 0 { Axis::U } else { Axis::V }))
+            }
+            Fan::Folded => Some(self.give_up(patch, window, scratch, start)),
+            Fan::Wide => None,
+        }
     }
 
     /// Leaves a cell undecided, unless it is part of what is excluded.
@@ -597,50 +607,4 @@ fn merge(crossings: &mut Vec<Crossing>) {
         }
     }
     crossings.truncate(kept);
-}
-
-/// How the image of a cell lies round the pole on its collapsed side.
-enum Fan {
-    /// The side is the only root for the sight line through the pole, and the cell fills this sector round it.
-    Sector(Sector),
-    /// A fold runs through the pole, or the pole is seen edge-on.
-    Folded,
-    /// The cell is too large to say.
-    Wide,
-}
-
-/// The fan of a cell round the pole on its side `side`.
-///
-/// With s the parameter across the side, (f, g) = s·T(s, t) and T is a Bernstein polynomial whose coefficients are those
-/// of (f, g) beyond the side, scaled. If all of them lie on one side of a line through the origin, T has no zero. On the
-/// side itself T(0, t) turns one way if its consecutive coefficients do, the Wronskians BᵢBⱼ′ − BⱼBᵢ′ (i < j) being
-/// non-negative; the sector then is that from its first to its last direction.
-fn pole_fan(net: &[DVec4], degrees: Degrees, side: usize, pole: DVec2, rounding: f64) -> Fan {
-    let Degrees { p, q } = degrees;
-    let (across, along) = if side < 2 { (p, q) } else { (q, p) };
-    let point = |a: usize, b: usize| {
-        let a = if side.is_multiple_of(2) { a } else { across - a };
-        let (i, j) = if side < 2 { (a, b) } else { (b, a) };
-        net[i * (q + 1) + j]
-    };
-    let tangent = |a: usize, b: usize| {
-        let h = point(a, b);
-        h.truncate().truncate() - pole * h.w
-    };
-    let (mut left, mut right) = (false, false);
-    for b in 0..along {
-        let (from, to) = (tangent(1, b), tangent(1, b + 1));
-        let turn = from.perp_dot(to);
-        let noise = rounding * point(1, b).w.max(point(1, b + 1).w);
-        let noise = noise * (from.abs() + to.abs()).element_sum() + noise * noise;
-        left |= turn > noise;
-        right |= turn < -noise;
-    }
-    if left == right {
-        return Fan::Folded;
-    }
-    let (first, last) = (tangent(1, 0), tangent(1, along));
-    let middle = first.normalize_or_zero() + last.normalize_or_zero();
-    let ahead = (1..=across).all(|a| (0..=along).all(|b| middle.dot(tangent(a, b)) > 0.0));
-    if ahead { Fan::Sector(Sector::between(first, last)) } else { Fan::Wide }
 }
