@@ -2,7 +2,7 @@
 
 use crate::axis::{AXES, Axes};
 use crate::error::{Alarm, Error};
-use crate::gcode::{Actions, Flow, GcodeState, Path, Speed, Spindle, interpret};
+use crate::gcode::{Actions, Flow, GcodeState, Path, Speed, Spindle, interpret, interpret_jog};
 use crate::hal::Wiring;
 use crate::line::{LineEditor, Receiver};
 use crate::pen::Pen;
@@ -74,6 +74,10 @@ pub struct Controller<const BLOCKS: usize> {
     mode: Mode,
     /// Motion is stopped or stopping: `!` or M0.
     hold: bool,
+    /// `$J=` motion is planned or under way; other motion is refused until it ends.
+    jogging: bool,
+    /// The jog is to be stopped and forgotten.
+    cancel_jog: bool,
     /// Segments are being generated: stays set until the planner has run dry.
     running: bool,
     /// Laser mode: a change of the pen that waits for the next block.
@@ -104,6 +108,8 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             job: Job::None,
             mode: Mode::Normal,
             hold: false,
+            jogging: false,
+            cancel_jog: false,
             running: false,
             waiting_pen: None,
             reset: false,
@@ -121,6 +127,7 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             None => self.receiver.push(byte),
             Some(RealTime::StatusReport) => self.status_wanted = true,
             Some(RealTime::CycleStart) => self.hold &= self.mode == Mode::NeedsReset,
+            Some(RealTime::FeedHold | RealTime::JogCancel) if self.jogging => self.cancel_jog = true,
             Some(RealTime::FeedHold) => self.hold = true,
             Some(RealTime::SoftReset) => self.reset = true,
             Some(RealTime::Feed(change)) => {
@@ -161,12 +168,34 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             self.status_wanted = false;
             self.report_status(stepper);
         }
+        if self.jogging {
+            self.mind_jog(stepper);
+        }
         let moved = self.mode != Mode::NeedsReset && self.transmitter.has_room() && self.advance(stepper);
         // A first block alone would have to be planned to a stop: see first whether the port has more to add.
         if self.running || !moved || self.planner.is_full() {
             self.generate(stepper);
         }
         moved
+    }
+
+    /// Ends the jog when it is done, or when it has been stopped.
+    fn mind_jog(&mut self, stepper: &impl StepSink) {
+        if self.cancel_jog {
+            self.hold = true;
+            if self.planner.speed_sqr == 0.0 && !stepper.is_moving() {
+                self.sync_position(stepper);
+                self.running = false;
+                if !matches!(core::mem::take(&mut self.job), Job::None) {
+                    self.transmitter.answer(Ok(()));
+                }
+                self.hold = false;
+                self.cancel_jog = false;
+                self.jogging = false;
+            }
+        } else if matches!(self.job, Job::None) && self.is_still(stepper) {
+            self.jogging = false;
+        }
     }
 
     /// Whether there is nothing to do: no unread byte, no line at work, no motion (a held one counts as motion), nothing to send.
@@ -234,6 +263,8 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         }
         self.job = Job::None;
         self.hold = false;
+        self.jogging = false;
+        self.cancel_jog = false;
         self.running = false;
         self.waiting_pen = None;
         self.reset = false;
@@ -330,11 +361,21 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         let line = self.editor.line()?;
         match line {
             [] => Ok(Job::None),
+            [b'$', b'J', b'=', jog @ ..] => {
+                let free = self.jogging || (self.is_still(stepper) && !self.hold);
+                if self.mode != Mode::Normal || !free || self.cancel_jog {
+                    return Err(Error::NotIdle);
+                }
+                let (state, actions) = interpret_jog(jog, &self.gcode, &self.settings)?;
+                self.gcode = state;
+                self.jogging = true;
+                Ok(Job::Actions { actions, dwell: None })
+            }
             [b'$', ..] => {
                 let command = system::parse(line)?;
                 self.obey(command, stepper)
             }
-            _ if self.mode == Mode::Alarm => Err(Error::Locked),
+            _ if self.mode == Mode::Alarm || self.jogging => Err(Error::Locked),
             _ => {
                 let (state, actions) = interpret(line, &self.gcode, &self.settings)?;
                 if state.offset != self.gcode.offset {
@@ -356,7 +397,9 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             return Err(Error::NotIdle);
         }
         match command {
-            SystemCommand::Help => self.transmitter.text("[HLP:$$ $# $G $I $N $x=val $C $X $H $RST= ~ ! ? ctrl-x]"),
+            SystemCommand::Help => {
+                self.transmitter.text("[HLP:$$ $# $G $I $N $x=val $C $X $H $J=line $RST= ~ ! ? ctrl-x]")
+            }
             SystemCommand::Settings => return Ok(Job::Settings(0)),
             SystemCommand::Parameters => return Ok(Job::Parameters(0)),
             SystemCommand::Modal => self.transmitter.modal(&self.gcode, &self.settings),
@@ -530,6 +573,7 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         let moving = !stepper.is_idle() || self.running;
         let state = match self.mode {
             Mode::Alarm | Mode::NeedsReset => "Alarm",
+            _ if self.jogging => "Jog",
             _ if self.hold && moving && self.planner.speed_sqr > 0.0 => "Hold:1",
             _ if self.hold && !stepper.is_idle() => "Hold:1",
             _ if self.hold => "Hold:0",

@@ -305,6 +305,57 @@ fn commands_that_need_rest() {
     assert!(sim.take().starts_with("[GC:"));
 }
 
+#[test]
+fn jogs() {
+    let mut sim = Sim::with(&[(20, 1.0)]);
+    for (line, answer) in [
+        ("$J=X10 F600", "ok\r\n"),
+        ("$J=G91 G20 X1 F20", "ok\r\n"),
+        ("$J=X10", "error:22\r\n"),
+        ("$J=F100", "error:26\r\n"),
+        ("$J=G1 X1 F100", "error:16\r\n"),
+        ("$J=G4 X1 F100", "error:16\r\n"),
+        ("$J=G92 X1 F100", "error:16\r\n"),
+        ("$J=M3 X1 F100", "error:16\r\n"),
+        ("$J=X1 S1 F100", "error:16\r\n"),
+        ("$J=X-1 F100", "error:15\r\n"),
+        ("$J=X1 F", "error:2\r\n"),
+    ] {
+        assert_eq!(sim.ask(line), answer, "{line}");
+    }
+    assert_eq!(sim.machine.position(), [2832, 0, 0], "10 mm and an inch");
+    assert_eq!(sim.ask("$G"), "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]\r\nok\r\n");
+
+    // Cancelled on the way, with another behind it.
+    sim.send("$J=X300 F6000\n$J=X0 F6000\nG0 X1\n");
+    sim.run_for(500_000);
+    assert_eq!(sim.take(), "ok\r\nok\r\nerror:9\r\n");
+    sim.send("?");
+    assert!(sim.take().starts_with("<Jog|"));
+    sim.send([0x85]);
+    sim.finish();
+    let stopped = sim.machine.position()[0];
+    assert!((6000..8000).contains(&stopped), "{stopped}");
+    sim.send("?");
+    assert!(sim.take().starts_with("<Idle|"));
+    assert_eq!(sim.ask("G91 G0 X0.1"), "ok\r\n");
+    assert_eq!(sim.machine.position()[0], stopped + 8);
+    // Many more than the planner holds, and the one that waits for it.
+    for _ in 0..17 {
+        sim.send("$J=G91 X0.5 F60\n");
+    }
+    sim.run_for(100_000);
+    assert_eq!(sim.take().matches("ok").count(), 16);
+    sim.send("!");
+    sim.finish();
+    assert_eq!(sim.take(), "ok\r\n");
+    assert_eq!(sim.ask("G90 G0 X0"), "ok\r\n");
+    assert_eq!(sim.machine.hardware().position, [0; 3]);
+    // Nothing to cancel.
+    sim.send([0x85]);
+    assert_eq!(sim.ask("X1"), "ok\r\n");
+}
+
 /// Pieces of lines, right and wrong, that never hold the machine up for good.
 fn piece() -> impl Strategy<Value = String> {
     prop_oneof![
@@ -317,6 +368,7 @@ fn piece() -> impl Strategy<Value = String> {
         Just("M5".to_owned()),
         Just("(x)".to_owned()),
         Just("$G".to_owned()),
+        Just("$J=X1F900".to_owned()),
         Just("$110=6000".to_owned()),
         (-50.0..50.0f64).prop_map(|v| format!("X{v:.3}")),
         (-50.0..50.0f64).prop_map(|v| format!("Y{v:.3}")),
@@ -354,6 +406,7 @@ proptest! {
         let mut sim = Sim::with(&[]);
         for (bytes, ticks) in chunks {
             sim.send(bytes);
+            sim.send("$J=X9F50\n");
             for _ in 0..ticks {
                 sim.tick();
             }

@@ -192,6 +192,36 @@ pub(crate) fn interpret(line: &[u8], state: &GcodeState, settings: &Settings) ->
     Ok((new, actions))
 }
 
+/// Interprets what follows `$J=`: a straight motion at its own feed, after which only the position differs.
+///
+/// # Errors
+/// [`Error::InvalidJog`] for anything but F, N, axis words, G20, G21, G53, G90 and G91; [`Error::UndefinedFeedRate`] and [`Error::NoAxisWords`] when those are missing;
+/// [`Error::TravelExceeded`] beyond the soft limits.
+pub(crate) fn interpret_jog(
+    line: &[u8],
+    state: &GcodeState,
+    settings: &Settings,
+) -> Result<(GcodeState, Actions), Error> {
+    let mut scratch = GcodeState { motion: Motion::Linear, ..state.clone() };
+    let mut words = read_words(line, &mut scratch)?;
+    // Groups 3 and 6, and of group 0 only G53.
+    let allowed = 1 << 3 | 1 << 6 | u32::from(words.absolute);
+    if words.groups & !allowed != 0 || words.axis_use.is_some() {
+        return Err(Error::InvalidJog);
+    }
+    words.take(b'N');
+    scratch.feed = words.take(b'F').unwrap_or(0.0) * scratch.units.mm();
+    let path = motion(&mut words, &mut scratch, settings)?.ok_or(Error::NoAxisWords)?;
+    if words.present != 0 {
+        return Err(Error::InvalidJog);
+    }
+    if !settings.in_travel(scratch.position) {
+        return Err(Error::TravelExceeded);
+    }
+    let new = GcodeState { position: scratch.position, ..state.clone() };
+    Ok((new, Actions { motion: Some(path), ..Actions::default() }))
+}
+
 /// Splits the line into words and applies the codes to `new`.
 fn read_words(mut line: &[u8], new: &mut GcodeState) -> Result<Words, Error> {
     let mut words = Words::default();

@@ -7,5 +7,5 @@ mod interpret;
 mod modal;
 
 pub(crate) use arc::Arc;
-pub(crate) use interpret::{Actions, Flow, Path, Speed, interpret};
+pub(crate) use interpret::{Actions, Flow, Path, Speed, interpret, interpret_jog};
 pub(crate) use modal::{Distance, GcodeState, Motion, Plane, Spindle, Units};
