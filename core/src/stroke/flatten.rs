@@ -9,7 +9,9 @@ use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::visibility::Sighting;
 
 /// Polylines of the sightings, neighbours of one curve with equal visibility joined. Each chord stays within
-/// `tolerance` (screen units) of its curve, measured at three inner points; vertices lie on the curves.
+/// `tolerance` (screen units) of its curve, on the screen and in space, measured at three inner points; vertices lie on
+/// the curves. (A curve in a plane through the sight line is straight on the screen, but its polyline is of use in space
+/// as well.)
 #[must_use]
 pub fn flatten(g: &Geometry<'_>, curves: &[SurfaceCurve], sightings: &[Sighting], tolerance: f64) -> Vec<Stroke> {
     let mut runs: Vec<Sighting> = Vec::with_capacity(sightings.len());
@@ -72,13 +74,8 @@ fn refine(
     depth: u32,
 ) {
     const DEEPEST: u32 = 16;
-    let (p, q) = (a.1.truncate(), b.1.truncate());
-    let off = |f: f64| {
-        let x = c.point(g, a.0 + f * (b.0 - a.0)).truncate();
-        let d = q - p;
-        let along = if d == glam::DVec2::ZERO { 0.0 } else { ((x - p).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
-        (x - p - d * along).length()
-    };
+    // The screen is the first two coordinates of view space: near in space is near on the screen.
+    let off = |f: f64| from_chord(c.point(g, a.0 + f * (b.0 - a.0)), a.1, b.1);
     // Half the tolerance here, half for the vertices that thinning leaves out.
     if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= 0.5 * tolerance) {
         out.push(b.0);
@@ -90,6 +87,13 @@ fn refine(
     refine(g, c, m, b, tolerance, out, depth + 1);
 }
 
+/// Distance of `x` from the segment from `p` to `q`.
+fn from_chord(x: DVec3, p: DVec3, q: DVec3) -> f64 {
+    let d = q - p;
+    let along = if d == DVec3::ZERO { 0.0 } else { ((x - p).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+    (x - p - d * along).length()
+}
+
 /// Leaves out vertices that are within half the tolerance of the chord that replaces them (Douglas and Peucker 1973).
 fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
     let mut keep = alloc::vec![false; points.len()];
@@ -97,12 +101,11 @@ fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
     keep[points.len() - 1] = true;
     let mut stack = alloc::vec![(0, points.len() - 1)];
     while let Some((a, b)) = stack.pop() {
-        let (p, d) = (points[a].screen, points[b].screen - points[a].screen);
         let mut worst = (0.5 * tolerance, None);
         for (k, v) in points.iter().enumerate().take(b).skip(a + 1) {
-            let w = v.screen - p;
-            let along = if d == glam::DVec2::ZERO { 0.0 } else { (w.dot(d) / d.length_squared()).clamp(0.0, 1.0) };
-            let off = (w - d * along).length();
+            let on_screen =
+                from_chord(v.screen.extend(0.0), points[a].screen.extend(0.0), points[b].screen.extend(0.0));
+            let off = on_screen.max(from_chord(v.model, points[a].model, points[b].model));
             if off > worst.0 {
                 worst = (off, Some(k));
             }
