@@ -57,7 +57,8 @@ impl PenSense {
 pub struct Trace {
     /// Whether it drew.
     pub pen_down: bool,
-    /// Where it went, in mm from the machine's start. Points of the steps are left out where the path passes within half a step of them.
+    /// Where it went, in mm from the machine's start: a point where each block of the planner ends, and within a block points of its steps,
+    /// left out where the path passes within half a step of them.
     /// Two or more; a dot is the same point twice.
     pub points: Vec<DVec2>,
 }
@@ -202,6 +203,8 @@ impl Recorder {
 
 impl Hardware for Recorder {
     fn set_directions(&mut self, negative: Axes) {
+        // Each block begins with this, and its steps approximate one straight line.
+        self.trace.corner();
         self.negative = negative;
     }
 

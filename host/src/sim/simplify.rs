@@ -81,14 +81,20 @@ impl Simplifier {
         self.replay(again);
     }
 
-    /// The points that are kept, the first and the last among them; two or more.
-    pub(super) fn finish(mut self) -> Vec<DVec2> {
-        while !self.pending.is_empty() {
+    /// Keeps the last point: the path may turn there, and what follows is no longer on one line with what came before.
+    pub(super) fn corner(&mut self) {
+        while self.end.is_some() {
             let again = self.keep();
             self.replay(again);
         }
-        let last = self.end.unwrap_or(self.anchor());
-        self.points.push(last);
+    }
+
+    /// The points that are kept, the first and the last among them; two or more.
+    pub(super) fn finish(mut self) -> Vec<DVec2> {
+        self.corner();
+        if self.points.len() == 1 {
+            self.points.push(self.anchor());
+        }
         self.points
     }
 
@@ -201,6 +207,17 @@ mod tests {
         assert!(kept.len() <= 4 && deviation(&path, &kept) <= 0.5);
         let path = l(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.0, 0.0), (0.0, 0.0), (-1.0, 0.0)]);
         assert_eq!(simplified(&path, 0.5), l(&[(0.0, 0.0), (2.0, 0.0), (-1.0, 0.0)]));
+    }
+
+    #[test]
+    fn steps_of_two_lines_are_two_segments_with_their_corner() {
+        let mut simplifier = Simplifier::new(DVec2::ZERO, 0.5);
+        staircase(1000, 370).into_iter().for_each(|p| simplifier.push(p));
+        simplifier.corner();
+        simplifier.corner();
+        let corner = DVec2::new(1000.0, 370.0);
+        staircase(990, 371).into_iter().skip(1).for_each(|p| simplifier.push(corner + p));
+        assert_eq!(simplifier.finish(), [DVec2::ZERO, corner, corner + DVec2::new(990.0, 371.0)]);
     }
 
     #[test]
