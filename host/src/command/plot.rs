@@ -21,7 +21,7 @@ use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError};
 use crate::sim::{Recording, SimPort};
 use crate::stats::Stats;
-use crate::stream::{self, Clock, StreamError, Terminal, WallClock};
+use crate::stream::{self, Clock, StreamError, Terminal, User, WallClock};
 
 /// Name of the port with the simulated plotter.
 const SIM: &str = "sim";
@@ -312,7 +312,7 @@ fn simulate(
     let placement = device.place(page).map_err(PlotError::Place)?;
     let mut port = SimPort::new(Settings::default(), &gcode.pen, baud);
     let clock = port.clock();
-    stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut Terminal::new(true))
+    stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut Terminal::new(User::Absent))
         .map_err(|source| PlotError::Stream { name: job.name.clone(), source })?;
     let recording = port.recording();
     let drawing = recording.drawing(&job.name, page, &placement);
@@ -343,7 +343,7 @@ fn plot(job: &Job, mut conversation: Conversation, device: &Device, baud: u32, p
         .open()
         .map_err(|source| PlotError::Open { port: path.to_owned(), source })?;
     let clock = WallClock::start();
-    stream::run(port.as_mut(), conversation.protocol.as_mut(), &clock, &mut Terminal::new(false))
+    stream::run(port.as_mut(), conversation.protocol.as_mut(), &clock, &mut Terminal::new(User::Present))
         .map_err(|source| PlotError::Stream { name: job.name.clone(), source })?;
     let pieces = conversation.protocol.progress().total;
     let unit = conversation.protocol.place().unit;

@@ -31,7 +31,7 @@ pub trait Protocol {
     /// Goes on after [`Event::Pause`].
     fn resume(&mut self, now: Duration);
 
-    /// Stops the job; an [`Event::Failed`] follows when the plotter has stopped.
+    /// Stops the job; an [`Event::Failed`] follows when the plotter has stopped. Once is enough, and more does no harm.
     fn cancel(&mut self, now: Duration);
 
     /// How far the job is.

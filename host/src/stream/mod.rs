@@ -4,6 +4,7 @@
 //! which is told the time by a [`Clock`]: that of the wall, or the simulated plotter's own.
 
 mod clock;
+mod interrupt;
 mod terminal;
 
 use std::io::{self, ErrorKind};
@@ -13,7 +14,7 @@ use serialport::SerialPort;
 use thiserror::Error;
 
 pub use clock::{Clock, WallClock};
-pub use terminal::Terminal;
+pub use terminal::{Terminal, User};
 
 use crate::protocol::{Event, Fault, Place, Progress, Protocol};
 
@@ -29,6 +30,9 @@ pub trait Observer {
 
     /// The plotter says something.
     fn message(&mut self, text: &str);
+
+    /// Whether the job is to be stopped. Asked many times a second.
+    fn wants_stop(&mut self) -> bool;
 
     /// The job waits for its user, who is shown this comment of the job. True to go on, false to stop.
     fn pause(&mut self, comment: &str) -> bool;
@@ -83,6 +87,9 @@ pub fn run(
     let mut shown = Progress::default();
     let mut input = [0; 512];
     loop {
+        if observer.wants_stop() {
+            protocol.cancel(clock.now());
+        }
         protocol.tick(clock.now());
         output.append(&mut protocol.take_output());
         // The last bytes (a reset, or pen up) go out even when the event is the end.

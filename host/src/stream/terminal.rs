@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::Observer;
+use super::{Observer, interrupt};
 use crate::protocol::Progress;
 
 /// Time before a bar is shown.
@@ -16,19 +16,32 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub struct Terminal {
     since: Instant,
     bar: ProgressBar,
-    /// Whether nobody is asked: a simulated plotter needs no hand to change its pen.
-    goes_on: bool,
+    user: User,
+    /// Whether the user was told that the job is being stopped.
+    told: bool,
+}
+
+/// Who minds the plotter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum User {
+    /// Somebody at the terminal changes the pens, and stops the plotter with Ctrl-C.
+    Present,
+    /// Nobody: a simulated plotter needs no hand to change its pen, and nothing to stop it in order.
+    Absent,
 }
 
 impl Terminal {
-    /// For a job that begins now. With `goes_on`, pauses of the job end by themselves.
+    /// For a job that begins now. With a user present, Ctrl-C from now on stops the plotter before the program; a second one stops the program.
     #[must_use]
-    pub fn new(goes_on: bool) -> Self {
+    pub fn new(user: User) -> Self {
+        if user == User::Present {
+            interrupt::watch();
+        }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent}% ({pos} of {len}, {eta} left)") {
             bar.set_style(style);
         }
-        Self { since: Instant::now(), bar, goes_on }
+        Self { since: Instant::now(), bar, user, told: false }
     }
 
     /// Whether somebody may be asked after a pause.
@@ -55,8 +68,17 @@ impl Observer for Terminal {
         self.say(&format!("the plotter says: {text}"));
     }
 
+    fn wants_stop(&mut self) -> bool {
+        let wanted = self.user == User::Present && interrupt::is_wanted();
+        if wanted && !self.told {
+            self.told = true;
+            self.say("stopping the plotter; press Ctrl-C again to leave it as it is");
+        }
+        wanted
+    }
+
     fn pause(&mut self, comment: &str) -> bool {
-        if self.goes_on {
+        if self.user == User::Absent {
             return true;
         }
         let what = if comment.is_empty() { String::new() } else { format!(" ({comment})") };

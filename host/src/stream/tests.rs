@@ -158,9 +158,14 @@ struct Notes {
     messages: Vec<String>,
     pauses: Vec<String>,
     goes_on: bool,
+    stops_at: usize,
 }
 
 impl Observer for Notes {
+    fn wants_stop(&mut self) -> bool {
+        self.progress.last().is_some_and(|done| *done >= self.stops_at)
+    }
+
     fn progress(&mut self, progress: Progress) {
         self.progress.push(progress.done);
     }
@@ -200,18 +205,18 @@ impl Clock for Restless {
     }
 }
 
-fn plot_with(gcode: &str, trouble: Trouble, goes_on: bool) -> Outcome {
+fn plot_with(gcode: &str, trouble: Trouble, goes_on: bool, stops_at: usize) -> Outcome {
     let mut port = FaultyPort::new(trouble);
     let options = Options { rx_bytes: 128, servo: true, lift: vec!["M3S0".into()], baud: 115_200 };
     let mut grbl = Grbl::new(Job::new(gcode, 79).unwrap(), options);
     let clock = Restless(port.sim.clock(), Default::default());
-    let mut notes = Notes { progress: Vec::new(), messages: Vec::new(), pauses: Vec::new(), goes_on };
+    let mut notes = Notes { progress: Vec::new(), messages: Vec::new(), pauses: Vec::new(), goes_on, stops_at };
     let result = run(&mut port, &mut grbl, &clock, &mut notes);
     Outcome { result, recording: port.sim.recording(), notes, used_max: grbl.used_max(), sent: port.sent }
 }
 
 fn plot(gcode: &str, trouble: Trouble) -> Outcome {
-    plot_with(gcode, trouble, true)
+    plot_with(gcode, trouble, true, usize::MAX)
 }
 
 /// Many short lines round a circle, `n` of them.
@@ -340,7 +345,7 @@ fn a_pause_asks_its_user() {
     assert_eq!(outcome.notes.pauses, ["pen 2"]);
     assert_eq!(outcome.recording.position, [1600, 0, 0]);
 
-    let outcome = plot_with(gcode, Trouble::None, false);
+    let outcome = plot_with(gcode, Trouble::None, false, usize::MAX);
     assert!(outcome.message().contains("stopped"), "{}", outcome.message());
     assert_eq!(outcome.recording.position, [800, 0, 0]);
 }
@@ -355,4 +360,15 @@ fn the_ink_is_where_the_lines_are() {
     assert!((recording.ink_mm() - 35.0).abs() < 0.02, "{}", recording.ink_mm());
     let expected = 200.0_f64.sqrt() + (30.0_f64 * 30.0 + 25.0 * 25.0).sqrt();
     assert!((recording.travel_mm() - expected).abs() < 0.02, "{}", recording.travel_mm());
+}
+
+#[test]
+fn stopping_keeps_the_position_and_lifts_the_pen() {
+    let gcode = format!("M3S1000\nG4P0.2\n{}", circle(1000));
+    let outcome = plot_with(&gcode, Trouble::None, true, 100);
+    assert!(outcome.message().starts_with("the job was stopped at line 1"), "{}", outcome.message());
+    assert_eq!(outcome.sent.iter().filter(|byte| **byte == b'!').count(), 1);
+    assert!(outcome.sent.ends_with(b"\x18M3S0\n"), "{:?}", String::from_utf8_lossy(&outcome.sent));
+    assert!(!outcome.notes.messages.iter().any(|text| text.contains("unlock")), "the position was lost");
+    assert_eq!(outcome.recording.lifts(), 1);
 }

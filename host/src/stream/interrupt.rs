@@ -1,0 +1,28 @@
+//! Ctrl-C, as a wish that is asked for.
+
+use std::process;
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static WATCH: Once = Once::new();
+static WANTED: AtomicBool = AtomicBool::new(false);
+
+/// What a shell reports of a program that Ctrl-C has ended: 128 and the number of the signal.
+const EXIT_INTERRUPTED: i32 = 130;
+
+/// From now on the first Ctrl-C is a wish, and the second ends the program.
+pub(super) fn watch() {
+    WATCH.call_once(|| {
+        // Where a signal cannot be caught, it ends the program as before.
+        let _ = ctrlc::set_handler(|| {
+            if WANTED.swap(true, Ordering::Relaxed) {
+                process::exit(EXIT_INTERRUPTED);
+            }
+        });
+    });
+}
+
+/// Whether Ctrl-C was pressed.
+pub(super) fn is_wanted() -> bool {
+    WANTED.load(Ordering::Relaxed)
+}
