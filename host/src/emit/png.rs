@@ -6,7 +6,7 @@ use super::EmitError;
 use super::svg::ink;
 use crate::drawing::Drawing;
 
-/// Dots an inch, unless the sheet is so large that its longer side is held to [`LONGEST_PX`].
+/// Dots an inch, unless the sheet is so large that its longer side is held to `LONGEST_PX`.
 pub const DPI: f64 = 300.0;
 
 /// Longest side of a picture in pixels; 8000 by 8000 take 256 MB while drawing.
