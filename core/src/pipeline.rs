@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, ViewError, ViewScene};
-use crate::visibility::{ClassifyOptions, Occluders, VisibilityStats, classify};
+use crate::visibility::{ClassifyOptions, Occluders, Sighting, VisibilityStats, classify};
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,10 +139,22 @@ impl Prepared {
         self.arcs.extent()
     }
 
-    /// Splits, decides visibility, and flattens with chords within `tolerance` (screen units).
+    /// What evaluates the curves.
     #[must_use]
-    pub fn trace(&self, tolerance: f64, begin: Observer<'_>) -> Traced {
-        let g = Geometry { view: &self.view, forms: &self.forms };
+    pub fn geometry(&self) -> Geometry<'_> {
+        Geometry { view: &self.view, forms: &self.forms }
+    }
+
+    /// All curves, also those that are not wanted on paper but change the visibility of others.
+    #[must_use]
+    pub fn curves(&self) -> &[SurfaceCurve] {
+        &self.curves
+    }
+
+    /// Splits and decides visibility: every inked curve in parts of one quantitative invisibility each, hidden ones too.
+    /// The number of sheets before a hidden part is exact if hidden parts are to be kept, else at least one.
+    #[must_use]
+    pub fn sightings(&self, begin: Observer<'_>) -> (Vec<Sighting>, Stats) {
         let size = self.view.size();
         begin(Stage::Arrange);
         let arrangement = arrange(&self.curves, &self.arcs, self.view.patches(), &self.stitching, RESOLUTION * size);
@@ -153,16 +165,22 @@ impl Prepared {
             resolution: 1e-9 * size,
             count_hidden: self.options.keep_hidden,
         };
-        let (mut sightings, visibility) =
-            classify(&g, &self.curves, &arrangement, &self.stitching, &occluders, &options);
+        let (sightings, visibility) =
+            classify(&self.geometry(), &self.curves, &arrangement, &self.stitching, &occluders, &options);
+        (sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() })
+    }
+
+    /// Splits, decides visibility, and flattens with chords within `tolerance` (screen units).
+    #[must_use]
+    pub fn trace(&self, tolerance: f64, begin: Observer<'_>) -> Traced {
+        let (mut sightings, stats) = self.sightings(begin);
         begin(Stage::Stroke);
         if !self.options.keep_hidden {
             sightings.retain(|s| s.qi == 0);
         }
-        let strokes = flatten(&g, &self.curves, &sightings, tolerance);
-        let gap = 2.0 * STITCH * size;
-        let strokes = chain(strokes, gap, gap);
-        Traced { strokes, stats: Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() } }
+        let strokes = flatten(&self.geometry(), &self.curves, &sightings, tolerance);
+        let gap = 2.0 * STITCH * self.view.size();
+        Traced { strokes: chain(strokes, gap, gap), stats }
     }
 }
 
