@@ -1,3 +1,5 @@
 //! What crosses the crates of penvis: means to check the whole against something that shares no code with it.
 
+pub mod agreement;
+pub mod ink;
 pub mod oracle;

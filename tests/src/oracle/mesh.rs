@@ -17,11 +17,13 @@ const EDGE_ON: f64 = 1e-9;
 /// A piece of surface.
 pub(super) struct Triangle {
     pub(super) corners: [u32; 3],
-    /// Greatest distance of the surface from the triangle at equal parameters, as measured and doubled.
+    /// Greatest distance of the surface from the triangle's sides, measured at their middles.
     pub(super) error: f64,
     /// Longest side in view space.
     pub(super) side: f64,
     pub(super) neighbours: [Option<u32>; 3],
+    /// Number of the piece between neighbouring knots, of all surfaces.
+    patch: u32,
 }
 
 /// An edge beyond which the number of sheets is another: free, or a fold on the screen.
@@ -60,7 +62,7 @@ impl Mesh {
             let us = spline::subdivided(ku.as_slice(), ku.degree(), 2 * parts);
             let vs = spline::subdivided(kv.as_slice(), kv.degree(), 2 * parts);
             let points = spline::points(&s.surface, &us, &vs);
-            let triangles = build.surface(&points, us.len(), vs.len(), sight);
+            let triangles = build.surface(&points, [us.len(), vs.len()], parts, sight);
             let coarse = |all: Vec<f64>| all.into_iter().step_by(2).collect();
             cells.push(Cells { us: coarse(us), vs: coarse(vs), triangles });
         }
@@ -74,6 +76,23 @@ impl Mesh {
         self.triangles[triangle as usize].corners.map(|v| self.vertices[v as usize])
     }
 
+    /// Whether the triangle is farther from being seen edge-on than its normal differs from its neighbours': then the
+    /// surface does not turn away from the eye between its corners, and come back, unseen. Neighbours across a knot,
+    /// where a surface may have a corner, do not count.
+    pub(super) fn faces_surely(&self, triangle: u32) -> bool {
+        let t = &self.triangles[triangle as usize];
+        let normal = self.normal(triangle);
+        let smooth = t.neighbours.iter().flatten().filter(|&&n| self.triangles[n as usize].patch == t.patch);
+        let turn = smooth.map(|&n| normal.cross(self.normal(n)).length()).fold(0.0, f64::max);
+        normal.z.abs() > turn
+    }
+
+    /// Unit normal in view space, on the side of u × v; zero if the corners lie on a line.
+    fn normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
     /// The triangles of the cell that holds the parameters (u, v) of a surface, and of its neighbours where the
     /// parameters lie on the border between cells.
     pub(super) fn at(&self, surface: usize, u: f64, v: f64) -> Vec<u32> {
@@ -84,20 +103,33 @@ impl Mesh {
         cells.flat_map(|k| c.triangles[k].into_iter().flatten()).collect()
     }
 
-    /// What is joined to the triangles `from` by way of triangles with a corner within `reach` of `p`.
-    pub(super) fn around(&self, from: &[u32], p: DVec3, reach: f64) -> Vec<u32> {
-        let near = |t: u32| self.corners(t).iter().any(|c| c.distance_squared(p) <= reach * reach);
+    /// What is joined to the triangles `from` by way of triangles that come within `reach` of `q` on the screen; none if
+    /// they are so many that the surface must be seen edge-on there.
+    pub(super) fn around(&self, from: &[u32], q: DVec2, reach: f64) -> Option<Vec<u32>> {
+        const MOST: usize = 500;
         let mut found = from.to_vec();
         let mut next = 0;
         while next < found.len() {
+            if found.len() > MOST {
+                return None;
+            }
             for t in self.triangles[found[next] as usize].neighbours.into_iter().flatten() {
-                if near(t) && !found.contains(&t) {
+                if !found.contains(&t) && self.distance(t, q) <= reach {
                     found.push(t);
                 }
             }
             next += 1;
         }
-        found
+        Some(found)
+    }
+
+    /// Distance on the screen of a triangle from the point `q`.
+    pub(super) fn distance(&self, triangle: u32, q: DVec2) -> f64 {
+        if self.covers(triangle, q) {
+            return 0.0;
+        }
+        let [a, b, c] = self.corners(triangle).map(DVec3::truncate);
+        [(a, b), (b, c), (c, a)].iter().map(|&(a, b)| q.distance(nearest(a, b, q).0)).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the triangle covers the screen point `q`. Of triangles that share an edge, and lie on its two sides, one
@@ -106,6 +138,13 @@ impl Mesh {
         let [a, b, c] = self.corners(triangle).map(DVec3::truncate);
         passes_right(a, b, q) ^ passes_right(b, c, q) ^ passes_right(c, a, q)
     }
+}
+
+/// The point of a segment nearest to `q`, and where it is between the ends, from 0 to 1.
+pub(super) fn nearest(a: DVec2, b: DVec2, q: DVec2) -> (DVec2, f64) {
+    let d = b - a;
+    let along = if d == DVec2::ZERO { 0.0 } else { ((q - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+    (a + d * along, along)
 }
 
 /// The indices of the intervals between neighbouring `breaks` that hold `t`, ends included.
@@ -122,9 +161,17 @@ fn passes_right(a: DVec2, b: DVec2, q: DVec2) -> bool {
     a.y <= q.y && q.y < b.y && (b - a).perp_dot(q - a) > 0.0
 }
 
+/// Distance of `p` from the line through `a` and `b`: how far the middle of a side is off. Where it is along the side
+/// is a matter of the parameters only.
+fn off_line(a: DVec3, b: DVec3, p: DVec3) -> f64 {
+    (p - a).reject_from_normalized((b - a).normalize_or_zero()).length()
+}
+
 struct Build {
     vertices: Vec<DVec3>,
     triangles: Vec<Triangle>,
+    /// Number of patches so far.
+    patches: u32,
     /// Boundary vertices by their position in model space, in units of `same`.
     known: HashMap<[i64; 3], Vec<(DVec3, u32)>>,
     same: f64,
@@ -137,13 +184,20 @@ impl Build {
         Self {
             vertices: Vec::new(),
             triangles: Vec::new(),
+            patches: 0,
             known: HashMap::new(),
             same: SAME_VERTEX * (hi - lo).length(),
         }
     }
 
     /// Adds the triangles of one surface, whose points are given on a grid twice as fine as the triangles'.
-    fn surface(&mut self, points: &[DVec3], nu: usize, nv: usize, sight: &Sight) -> Vec<[Option<u32>; 2]> {
+    fn surface(
+        &mut self,
+        points: &[DVec3],
+        [nu, nv]: [usize; 2],
+        parts: usize,
+        sight: &Sight,
+    ) -> Vec<[Option<u32>; 2]> {
         let view: Vec<DVec3> = points.iter().map(|&p| sight.project(p)).collect();
         let mut index = vec![0; points.len()];
         for i in (0..nu).step_by(2) {
@@ -154,15 +208,18 @@ impl Build {
             }
         }
         let mut cells = Vec::with_capacity((nu / 2) * (nv / 2));
+        let (first, spans) = (self.patches, (nv / (2 * parts)) as u32);
         for i in (0..nu - 2).step_by(2) {
             for j in (0..nv - 2).step_by(2) {
                 let at = |a: usize, b: usize| (i + a) * nv + j + b;
+                let patch = first + (i / (2 * parts)) as u32 * spans + (j / (2 * parts)) as u32;
+                self.patches = self.patches.max(patch + 1);
                 let mut add = |corners: [usize; 3]| {
                     let [a, b, c] = corners;
                     // The point at the mean parameters of two corners stands between them in the fine grid.
-                    let gap = |a: usize, b: usize| (0.5 * (view[a] + view[b]) - view[(a + b) / 2]).length();
-                    let error = 2.0 * gap(a, b).max(gap(b, c)).max(gap(c, a));
-                    self.triangle(corners.map(|k| index[k]), error)
+                    let gap = |a: usize, b: usize| off_line(view[a], view[b], view[(a + b) / 2]);
+                    let error = gap(a, b).max(gap(b, c)).max(gap(c, a));
+                    self.triangle(corners.map(|k| index[k]), error, patch)
                 };
                 cells.push([add([at(0, 0), at(2, 0), at(2, 2)]), add([at(0, 0), at(2, 2), at(0, 2)])]);
             }
@@ -170,14 +227,14 @@ impl Build {
         cells
     }
 
-    fn triangle(&mut self, corners: [u32; 3], error: f64) -> Option<u32> {
+    fn triangle(&mut self, corners: [u32; 3], error: f64, patch: u32) -> Option<u32> {
         let [a, b, c] = corners;
         if a == b || b == c || c == a {
             return None;
         }
         let p = corners.map(|k| self.vertices[k as usize]);
         let side = p[0].distance(p[1]).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
-        self.triangles.push(Triangle { corners, error, side, neighbours: [None; 3] });
+        self.triangles.push(Triangle { corners, error, side, neighbours: [None; 3], patch });
         Some(self.triangles.len() as u32 - 1)
     }
 

@@ -16,13 +16,14 @@
 //! - where a sheet that is not the point's own lies at the point's depth, within the error along the sight line, which
 //!   is large on steep triangles ([`Doubt::Contact`]); so the very places where surfaces pierce one another are not
 //!   judged, only their surroundings;
-//! - where the point's own neighbourhood on its surface is more than a sheet or the fold that it claims to lie on: near
-//!   cusps, and right behind its own fold ([`Doubt::OwnSheet`]).
+//! - where the point's own neighbourhood on its surface is more than the sheet, the edge or the fold that it claims to lie
+//!   on: near cusps, right behind its own fold, and on edges that a sliver of their own surface may hide
+//!   ([`Doubt::OwnSheet`]).
 //!
-//! The own neighbourhood is found by parameters and adjacency: what is joined to the point's cell within three of its
-//! sides in space. It never hides the point. On a ring round the point it must look like a sheet (covered once
-//! everywhere), the edge of one (once or not), or, if the point lies on a silhouette or a sharp edge, a fold (twice or
-//! not).
+//! The own neighbourhood is found by parameters and adjacency: what is joined to the point's cell within a small disc on
+//! the screen, however deep it reaches. It never hides the point. On two rings in the disc it must look like a sheet
+//! (covered once everywhere), the edge of one (once or not), or, if the point lies on a silhouette or a sharp edge, a
+//! fold (twice or not).
 
 mod grid;
 mod mesh;
@@ -45,13 +46,13 @@ const CHORD: f64 = 1e-4;
 const MOST_TRIANGLES: usize = 400_000;
 
 /// Errors are measured at the middles of sides only, and slopes are those of flat triangles.
-const SAFETY: f64 = 3.0;
+const SAFETY: f64 = 2.0;
 
 /// Least distance on the screen and in depth that is judged, of the scene's size: covers rounding and joints of surfaces.
 const LEAST: f64 = 1e-6;
 
-/// Radius of a point's own neighbourhood, in longest sides of its triangles.
-const OWN_SIDES: f64 = 3.0;
+/// Radius of the disc in which a point's own neighbourhood is sought, in radii of the inner ring on which it is looked at.
+const DISC: f64 = 2.5;
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -62,8 +63,19 @@ pub struct Place {
     pub surface: usize,
     /// Parameters on the surface.
     pub uv: DVec2,
-    /// Whether the point lies on a silhouette or on a sharp edge, where a surface may fold on the screen.
-    pub fold: bool,
+    /// What it is there.
+    pub site: Site,
+}
+
+/// Where on a surface a point lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Site {
+    /// Inside a sheet, or on a free edge.
+    Sheet,
+    /// On an edge at which surfaces meet at an angle.
+    Crease,
+    /// Where the surface turns away from the eye.
+    Silhouette,
 }
 
 /// What the oracle sees.
@@ -116,7 +128,8 @@ impl Oracle {
         let least = LEAST * mesh.size;
         let triangles = Grid::new(mesh.triangles.len(), |k| {
             let [a, b, c] = mesh.corners(k as u32).map(DVec3::truncate);
-            [a.min(b).min(c), a.max(b).max(c)]
+            let margin = DVec2::splat(SAFETY * mesh.triangles[k].error + least);
+            [a.min(b).min(c) - margin, a.max(b).max(c) + margin]
         });
         let transitions = Grid::new(mesh.transitions.len(), |k| {
             let t = &mesh.transitions[k];
@@ -133,7 +146,7 @@ impl Oracle {
         self.mesh.triangles.len()
     }
 
-    /// Greatest distance of a triangle from its surface, as measured and doubled, of the scene's size.
+    /// Greatest measured distance of a triangle from its surface, of the scene's size.
     #[must_use]
     pub fn relative_error(&self) -> f64 {
         self.mesh.triangles.iter().map(|t| t.error).fold(0.0, f64::max) / self.mesh.size
@@ -147,36 +160,52 @@ impl Oracle {
     pub fn judge(&self, place: &Place) -> Verdict {
         let p = self.sight.project(place.point);
         let home = self.mesh.at(place.surface, place.uv.x, place.uv.y);
-        let side = home.iter().map(|&t| self.mesh.triangles[t as usize].side).fold(0.0, f64::max);
-        let own = self.mesh.around(&home, p, OWN_SIDES * side);
-        if !self.is_simple(&own, p.truncate(), place.fold) {
-            return Verdict::Ambiguous(Doubt::OwnSheet);
-        }
+        let own = match self.neighbourhood(&home, p.truncate()) {
+            Some((own, ring)) if self.is_simple(&own, p.truncate(), ring, place.site) => own,
+            _ => return Verdict::Ambiguous(Doubt::OwnSheet),
+        };
         if self.is_near_transition(p, &own) {
             return Verdict::Ambiguous(Doubt::Transition);
         }
         self.count(p, &own)
     }
 
-    /// Whether the own neighbourhood looks, on a ring outside the error, like one sheet, its edge, or a fold.
-    fn is_simple(&self, own: &[u32], q: DVec2, fold: bool) -> bool {
+    /// What is joined to the triangles `home` within a disc round `q`, and the radius of a ring in the disc that is
+    /// farther from `q` than the triangles are from the surface.
+    fn neighbourhood(&self, home: &[u32], q: DVec2) -> Option<(Vec<u32>, f64)> {
+        let error = |own: &[u32]| own.iter().map(|&t| self.mesh.triangles[t as usize].error).fold(0.0, f64::max);
+        let ring = |own: &[u32]| SAFETY * error(own) + LEAST * self.mesh.size;
+        let near = self.mesh.around(home, q, DISC * ring(home))?;
+        let radius = ring(&near);
+        Some((self.mesh.around(home, q, DISC * radius)?, radius))
+    }
+
+    /// Whether the own neighbourhood looks, on the ring and on one of twice the radius, as it should.
+    fn is_simple(&self, own: &[u32], q: DVec2, radius: f64, site: Site) -> bool {
         const RING: u32 = 24;
-        let error = own.iter().map(|&t| self.mesh.triangles[t as usize].error).fold(0.0, f64::max);
-        let radius = SAFETY * error + LEAST * self.mesh.size;
-        let (mut fewest, mut most, mut ones) = (usize::MAX, 0, false);
-        for k in 0..RING {
-            // Off the directions in which edges of the mesh like to run.
-            let at = q + radius * DVec2::from_angle(0.123 + TAU * f64::from(k) / f64::from(RING));
-            let n = own.iter().filter(|&&t| self.mesh.covers(t, at)).count();
-            (fewest, most, ones) = (fewest.min(n), most.max(n), ones || n == 1);
-        }
-        match (fewest, most) {
-            (0 | 1, 1) => true,
-            // Between the surface and the outline of its triangles there is no third possibility; a one on the ring
-            // means that a boundary or a cusp is near too.
-            (0, 2) => fold && !ones,
-            _ => false,
-        }
+        let covered = |at: DVec2| own.iter().filter(|&&t| self.mesh.covers(t, at)).count();
+        let middle = covered(q);
+        // A sliver of surface that turns away unseen by the triangles could hide its own edge.
+        let sure = || own.iter().all(|&t| self.mesh.faces_surely(t));
+        [radius, 2.0 * radius].iter().all(|radius| {
+            let mut seen = [false; 3];
+            for k in 0..RING {
+                // Off the directions in which edges of the mesh like to run.
+                let n = covered(q + radius * DVec2::from_angle(0.123 + TAU * f64::from(k) / f64::from(RING)));
+                match seen.get_mut(n) {
+                    Some(seen) => *seen = true,
+                    None => return false,
+                }
+            }
+            let sheet = seen == [false, true, false] && middle == 1;
+            let edge = seen == [true, true, false] && middle <= 1;
+            let fold = seen == [true, false, true];
+            match site {
+                Site::Sheet => sheet || (edge && sure()),
+                Site::Crease => (sheet || fold) && sure(),
+                Site::Silhouette => fold,
+            }
+        })
     }
 
     /// Whether an edge that ends or folds a sheet, not behind the point and not its own, passes within the error.
@@ -185,10 +214,7 @@ impl Oracle {
         self.transitions.at(p.truncate()).iter().any(|&k| {
             let t = &self.mesh.transitions[k as usize];
             let [a, b] = t.ends;
-            let chord = (b - a).truncate();
-            let along = ((p - a).truncate().dot(chord) / chord.length_squared()).clamp(0.0, 1.0);
-            let nearest = if along.is_finite() { a + (b - a) * along } else { if a.z > b.z { a } else { b } };
-            let distance = (p - nearest).truncate().length();
+            let distance = p.truncate().distance(mesh::nearest(a.truncate(), b.truncate(), p.truncate()).0);
             // Folded triangles are steep: their whole length may lie along the sight line.
             distance <= SAFETY * t.error + least
                 && a.z.max(b.z) > p.z - t.side - least
@@ -201,19 +227,24 @@ impl Oracle {
         let (q, least) = (p.truncate(), LEAST * self.mesh.size);
         let mut sheets = 0;
         for &t in self.triangles.at(q) {
-            if !self.mesh.covers(t, q) || own.contains(&t) {
+            let reach = SAFETY * self.mesh.triangles[t as usize].error + least;
+            if self.mesh.distance(t, q) > reach || own.contains(&t) {
                 continue;
             }
             let [a, b, c] = self.mesh.corners(t);
             let normal = (b - a).cross(c - a);
             let height = a.z - (q - a.truncate()).dot(normal.truncate()) / normal.z;
             let slope = normal.truncate().length() / normal.z.abs();
-            let error = self.mesh.triangles[t as usize].error;
-            // On a sheet as steep as that the error along the sight line is not more than the triangle.
             let low = a.z.min(b.z).min(c.z);
             let high = a.z.max(b.z).max(c.z);
-            let margin = SAFETY * error * (1.0 + slope) + least;
-            let reach = SAFETY * error + least;
+            if high + reach >= p.z && !self.mesh.faces_surely(t) {
+                return Verdict::Ambiguous(Doubt::Transition);
+            }
+            if !self.mesh.covers(t, q) {
+                continue;
+            }
+            // On a sheet as steep as that the error along the sight line is not more than the triangle.
+            let margin = reach * (1.0 + slope);
             if (height - margin).max(low - reach) > p.z {
                 sheets += 1;
             } else if (height + margin).min(high + reach) >= p.z {

@@ -23,7 +23,7 @@ fn agree(scene: &Scene, sight: Sight, surface: usize, sheets: impl Fn(DVec3) -> 
             let uv = DVec2::new((i as f64 + 0.43) / N as f64, (j as f64 + 0.37) / N as f64);
             let point = s.eval(uv.x, uv.y);
             let expected = sheets(point);
-            let seen = oracle.judge(&Place { point, surface, uv, fold: false });
+            let seen = oracle.judge(&Place { point, surface, uv, site: Site::Sheet });
             match seen {
                 Verdict::Ambiguous(_) => {}
                 Verdict::Visible => assert_eq!(expected, 0, "at {point}"),
@@ -120,9 +120,9 @@ fn a_silhouette_is_not_hidden_by_its_own_sheet() {
     for k in 0..100 {
         let uv = DVec2::new((f64::from(k) + 0.41) / 100.0, 0.5);
         let point = s.surfaces[0].surface.eval(uv.x, uv.y);
-        assert_eq!(above.judge(&Place { point, surface: 0, uv, fold: true }), Verdict::Visible);
+        assert_eq!(above.judge(&Place { point, surface: 0, uv, site: Site::Silhouette }), Verdict::Visible);
         // The same points claimed to lie inside the sheet are left alone.
-        let claim = above.judge(&Place { point, surface: 0, uv, fold: false });
+        let claim = above.judge(&Place { point, surface: 0, uv, site: Site::Sheet });
         assert_eq!(claim, Verdict::Ambiguous(Doubt::OwnSheet));
     }
 }
@@ -134,7 +134,7 @@ fn what_touches_or_borders_is_not_judged() {
     let place = |x: f64, surface: usize, half: f64| {
         let uv = DVec2::new(0.5 + 0.5 * x / half, 0.51);
         let point = s.surfaces[surface].surface.eval(uv.x, uv.y);
-        oracle.judge(&Place { point, surface, uv, fold: false })
+        oracle.judge(&Place { point, surface, uv, site: Site::Sheet })
     };
     assert_eq!(place(0.5, 1, 2.0), Verdict::Ambiguous(Doubt::Contact));
     assert_eq!(place(1.0, 2, 4.0), Verdict::Ambiguous(Doubt::Transition));

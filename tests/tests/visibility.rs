@@ -1,0 +1,124 @@
+//! The pipeline's visibility against the oracle's: every part of every curve of the built-in models, from the view that
+//! they come with, along two axes, where much coincides, and from somewhere else. Numbers of sheets are compared, so
+//! that what is hidden is checked as well as what is seen.
+
+use glam::DVec3;
+use penvis::builtin;
+use penvis::model::View;
+use penvis_core::pipeline::{DrawOptions, Prepared};
+use penvis_core::scene::{Scene, SceneSurface};
+use penvis_core::shape::{Frame, plane, sphere};
+use penvis_tests::agreement::{Agreement, against, compare};
+use penvis_tests::oracle::Oracle;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Seen {
+    /// The model's own view.
+    Own,
+    Front,
+    Top,
+    Oblique,
+}
+
+use Seen::{Front, Oblique, Own, Top};
+
+fn options() -> DrawOptions {
+    DrawOptions { keep_hidden: true, ..DrawOptions::default() }
+}
+
+fn look(name: &str, from: Seen) -> Agreement {
+    let model = builtin::load(name).expect("a built-in model");
+    let view = match from {
+        Own => model.view,
+        Front => View::orthographic(DVec3::NEG_Y),
+        Top => View { up: DVec3::Y, ..View::orthographic(DVec3::Z) },
+        Oblique => View::orthographic(DVec3::new(0.31, -0.85, 0.42)),
+    };
+    compare(&model.scene, &view, &options())
+}
+
+/// At least `least` places must be judged and all of them alike, and the oracle must withhold its verdict from no more
+/// than a seventh of the curves' length: on silhouettes that run along a line of sight for long, or coincide, it does.
+fn agree(name: &str, views: &[Seen], least: usize) {
+    for &from in views {
+        let a = look(name, from);
+        let list: Vec<String> = a.disagreements.iter().map(|d| format!("\n  {d:?}")).collect();
+        assert!(list.is_empty(), "{name} from {from:?}: {} disagreements{}", list.len(), list.concat());
+        assert!(a.agreed >= least, "{name} from {from:?}: only {} places judged, {:?} not", a.agreed, a.doubts);
+        assert!(a.ambiguous() < 0.15, "{name} from {from:?}: {:.3} of the length not judged", a.ambiguous());
+    }
+}
+
+#[test]
+fn teapot() {
+    agree("teapot", &[Own, Front, Top, Oblique], 2000);
+}
+
+#[test]
+fn turned_solids_seen_in_perspective() {
+    agree("pawn", &[Own, Front, Top, Oblique], 500);
+    agree("goblet", &[Own, Front, Oblique], 500);
+}
+
+#[test]
+fn handles_and_fins_that_pierce_a_body() {
+    agree("vase", &[Own, Front, Top, Oblique], 1000);
+    agree("missile", &[Own, Front, Top, Oblique], 5000);
+}
+
+#[test]
+fn tori() {
+    agree("torus", &[Own, Front, Top, Oblique], 200);
+    agree("linked_tori", &[Own, Front, Top, Oblique], 500);
+}
+
+#[test]
+fn spring() {
+    agree("spring", &[Own, Oblique], 8000);
+}
+
+#[test]
+fn height_fields() {
+    agree("saddle", &[Own, Front, Top, Oblique], 50);
+    agree("wiggle", &[Own, Front, Top, Oblique], 50);
+    agree("discont", &[Own, Front, Top, Oblique], 50);
+}
+
+#[test]
+fn quadrics_and_a_box() {
+    agree("sphere", &[Own, Front, Top, Oblique], 100);
+    agree("cylinder", &[Own, Front, Oblique], 100);
+    agree("cone", &[Own, Front, Top, Oblique], 100);
+    agree("box", &[Own, Front, Top, Oblique], 50);
+}
+
+/// What is drawn by default: hidden parts are not counted, only found to be hidden.
+#[test]
+fn hidden_and_visible_without_counting() {
+    for name in ["teapot", "pawn", "linked_tori"] {
+        let model = builtin::load(name).expect("a built-in model");
+        let a = compare(&model.scene, &model.view, &DrawOptions::default());
+        assert!(a.disagreements.is_empty() && a.agreed > 500, "{name}: {:#?}", a.disagreements);
+    }
+}
+
+/// The comparison can fail: an oracle that sees one ball more disagrees where the ball hides the wall, and there only.
+#[test]
+fn a_sheet_that_one_of_them_does_not_see_is_noticed() {
+    let named = |name: &str, surface| SceneSurface { name: name.into(), surface };
+    let wall = plane(DVec3::new(-3.0, 2.0, -3.0), 6.0 * DVec3::X, 6.0 * DVec3::Z).expect("a plane");
+    let ball = sphere(&Frame::WORLD, 1.0).expect("a sphere");
+    let bare = Scene { name: "wall".into(), surfaces: vec![named("wall", wall)] };
+    let mut full = bare.clone();
+    full.surfaces.push(named("ball", ball));
+    let view = View::orthographic(DVec3::NEG_Y);
+    let camera = view.camera().expect("a camera");
+    let prepared = Prepared::new(&bare, &camera, &options(), &mut |_| {}).expect("a picture");
+    let same = against(&prepared, &Oracle::new(&bare, &view), true);
+    assert!(same.disagreements.is_empty() && same.agreed > 20);
+    let other = against(&prepared, &Oracle::new(&full, &view), true);
+    assert!(other.disagreements.len() > 3, "{other:?}");
+    for d in &other.disagreements {
+        assert!(d.pipeline == 0 && d.oracle == 2 && d.at.x.hypot(d.at.z) < 1.0, "{d:?}");
+    }
+}
