@@ -99,6 +99,8 @@ pub struct Grbl {
     fault: Option<Fault>,
     last_heard: Duration,
     last_poll: Duration,
+    /// Whether the user was told that somebody holds the plotter.
+    hold_told: bool,
     /// Since when the controller has been idle in all its reports, with no answer in between.
     idle_since: Option<Duration>,
 }
@@ -168,6 +170,7 @@ impl Grbl {
             fault: None,
             last_heard: Duration::ZERO,
             last_poll: Duration::ZERO,
+            hold_told: false,
             idle_since: None,
         }
     }
@@ -251,7 +254,7 @@ impl Grbl {
         self.used -= sent.bytes;
         let What::Line(index) = sent.what else {
             // A controller may not know a probe of ours; that is no fault of the job.
-            return self.errand_answered(sent.what, error.is_some(), now);
+            return self.errand_answered(sent.what, error, now);
         };
         let Some(code) = error else {
             self.answered = self.answered.max(index + 1);
@@ -266,22 +269,17 @@ impl Grbl {
         if self.fault.is_some() {
             return;
         }
-        let meaning = code.parse().map_or("in the controller's own words", codes::error);
-        let fault = Fault::Refused { at: self.place_of(index), code: code.to_owned(), meaning };
-        self.stop(fault, now);
+        self.stop(refused(self.place_of(index), code), now);
     }
 
-    fn errand_answered(&mut self, what: What, refused: bool, now: Duration) {
-        match (self.phase, what) {
-            (Phase::Barrier, What::Barrier) if refused => {
-                let at = self.place();
-                self.stop(Fault::Refused { at, code: "?".into(), meaning: "it knows no dwell (G4)" }, now);
-            }
-            (Phase::Barrier, What::Barrier) => {
+    fn errand_answered(&mut self, what: What, error: Option<&str>, now: Duration) {
+        match (self.phase, what, error) {
+            (Phase::Barrier, What::Barrier, Some(code)) => self.stop(refused(self.place(), code), now),
+            (Phase::Barrier, What::Barrier, None) => {
                 self.phase = Phase::Over;
                 self.events.push_back(Event::Done);
             }
-            (_, What::Barrier) => self.at_rest = true,
+            (_, What::Barrier, _) => self.at_rest = true,
             _ => {}
         }
     }
@@ -346,24 +344,37 @@ impl Grbl {
                     self.fail(Fault::NotReady { state: state.to_owned(), advice: codes::advice(name) });
                 }
             }
-            Phase::Streaming | Phase::Barrier => {
-                if name == "Idle" {
-                    self.idle_since.get_or_insert(now);
-                } else {
-                    self.idle_since = None;
-                }
-                let held = name == "Hold";
-                match &mut self.pause {
-                    Some(pause) if held && !pause.told => {
-                        pause.told = true;
-                        self.events.push_back(Event::Pause(pause.comment.clone()));
-                    }
-                    Some(pause) if !held && pause.answered => self.pause = None,
-                    _ => {}
-                }
-            }
+            Phase::Streaming | Phase::Barrier if name == "Alarm" => self.alarm("that it did not tell"),
+            Phase::Streaming | Phase::Barrier => self.state_in_job(name, now),
             Phase::Holding if name != "Run" && (name != "Hold" || detail != "1") => self.reset(now),
             _ => {}
+        }
+    }
+
+    /// The state while the job goes on.
+    fn state_in_job(&mut self, name: &str, now: Duration) {
+        if name == "Idle" {
+            self.idle_since.get_or_insert(now);
+        } else {
+            self.idle_since = None;
+        }
+        let held = name == "Hold";
+        match &mut self.pause {
+            Some(pause) if held && !pause.told => {
+                pause.told = true;
+                self.events.push_back(Event::Pause(pause.comment.clone()));
+            }
+            Some(pause) if !held && pause.answered => self.pause = None,
+            Some(_) => {}
+            // Somebody has pressed a button or opened the door.
+            None if held || name == "Door" => {
+                if !self.hold_told {
+                    self.events
+                        .push_back(Event::Message(format!("{name}; the job goes on when the plotter is resumed")));
+                }
+                self.hold_told = true;
+            }
+            None => self.hold_told = false,
         }
     }
 
@@ -463,6 +474,12 @@ impl Grbl {
         let line = self.job.lines().iter().find(|line| line.text.len() > limit)?;
         Some(Fault::LineTooLong { line: line.number, length: line.text.len(), limit })
     }
+}
+
+/// The controller's answer to a line of the job, or to the barrier at its end.
+fn refused(at: Place, code: &str) -> Fault {
+    let meaning = code.parse().map_or("in the controller's own words", codes::error);
+    Fault::Refused { at, code: code.to_owned(), meaning }
 }
 
 impl Protocol for Grbl {

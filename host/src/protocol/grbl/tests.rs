@@ -353,6 +353,31 @@ fn a_pause_that_is_answered_before_the_hold() {
 }
 
 #[test]
+fn a_hold_that_nobody_asked_for_is_told_once() {
+    let (mut grbl, at) = started("G0X1\n");
+    let told = |state: &str| Event::Message(format!("{state}; the job goes on when the plotter is resumed"));
+    let steps =
+        [In("<Hold:1>\n<Hold:0>\n"), Says(told("Hold")), In(RUN), In("<Door:0>\n<Door:0>\n"), Says(told("Door"))];
+    talk(&mut grbl, at, &steps);
+    assert_eq!(grbl.take_event(), None);
+}
+
+#[test]
+fn an_alarm_whose_message_was_lost() {
+    let (mut grbl, at) = started("G0X1\n");
+    talk(&mut grbl, at, &[In("<Alarm|MPos:0,0,0>\n"), Fails(&["alarm", "line 1"]), Out("G0X1\n\x18")]);
+}
+
+#[test]
+fn a_barrier_that_is_refused() {
+    let (mut grbl, at) = started("G0X1\n");
+    let steps =
+        [In("ok\n"), Out("G0X1\nG4P0.01\n"), In("error:9\n"), In("<Hold:0>\n"), In(BANNER), In("ok\n"), Wait(1)];
+    talk(&mut grbl, at, &steps);
+    talk(&mut grbl, at + 10, &[Fails(&["line 1", "error 9", "locked"])]);
+}
+
+#[test]
 fn cancelling_keeps_the_position() {
     let (mut grbl, at) = started("G1X1\nG1X2\n");
     talk(
