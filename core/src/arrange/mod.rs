@@ -182,6 +182,8 @@ fn hermite(c: &SurfaceCurve, index: usize, g: &Geometry<'_>, t: [f64; 2], fit: f
     const DEEPEST: u32 = 12;
     let h = t[1] - t[0];
     let ((p0, d0), (p1, d1)) = (c.jet(g, t[0] + 0.0), c.jet_below(g, t[1]));
+    // At a singular point of the surface a traced curve may have no finite derivative; the chord stands in for it.
+    let [d0, d1] = [d0, d1].map(|d| if d.is_finite() { d } else { (p1 - p0) / h });
     let points = [p0, p0 + d0 * (h / 3.0), p1 - d1 * (h / 3.0), p1];
     let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
     let arc = Arc::new(index, t, control, fit);

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use glam::DVec3;
 use penvis_core::scene::Scene;
 use thiserror::Error;
 
@@ -13,6 +14,10 @@ use crate::builtin;
 
 /// Largest model file in bytes, so that a wrong path (a device, a disk image) does not fill the memory.
 const LARGEST_FILE: u64 = 1 << 30;
+
+/// Largest coordinate, and the inverse of the smallest size of a model. Areas of normals, squared, are sixth powers of
+/// lengths, and have to stay in the range of f64.
+const LARGEST_COORDINATE: f64 = 1e50;
 
 /// What is drawn: the surfaces of one model or several, and the view they are stored with.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +59,26 @@ pub enum ModelError {
     TooLarge {
         /// The file.
         file: String,
+    },
+    /// Coordinates that the geometry cannot be computed with.
+    #[error(
+        "{file}: surface {surface} has a coordinate of {value:e}; scale the model so that none exceeds {LARGEST_COORDINATE:e}"
+    )]
+    Huge {
+        /// The file.
+        file: String,
+        /// Index of the surface.
+        surface: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A model that the geometry cannot be computed with.
+    #[error("{file}: is only {size:e} wide; scale the model up")]
+    Tiny {
+        /// The file.
+        file: String,
+        /// Longest side of its box.
+        size: f64,
     },
     /// The contents are wrong.
     #[error("{file}: {fault}")]
@@ -104,7 +129,29 @@ fn load_one(spec: &str) -> Result<Model, ModelError> {
     }
     let stem = path.file_stem().map_or_else(|| spec.to_owned(), |stem| stem.to_string_lossy().into_owned());
     let (scene, view) = surface_json::read(&bytes, &stem).map_err(|fault| ModelError::Fault { file: file(), fault })?;
+    check_size(&scene, spec)?;
     Ok(Model { scene, view })
+}
+
+/// Refuses sizes whose powers overflow or vanish.
+fn check_size(scene: &Scene, file: &str) -> Result<(), ModelError> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (surface, part) in scene.surfaces.iter().enumerate() {
+        for h in part.surface.homogeneous() {
+            let p = h.truncate() / h.w;
+            let value = p.abs().max_element();
+            // Written so that what is not a number is refused too.
+            if !p.abs().cmple(DVec3::splat(LARGEST_COORDINATE)).all() {
+                return Err(ModelError::Huge { file: file.to_owned(), surface, value });
+            }
+            (low, high) = (low.min(p), high.max(p));
+        }
+    }
+    let size = (high - low).max_element();
+    if size > 0.0 && size < LARGEST_COORDINATE.recip() {
+        return Err(ModelError::Tiny { file: file.to_owned(), size });
+    }
+    Ok(())
 }
 
 /// The bytes of a file, and one more than the limit at most.
@@ -138,10 +185,19 @@ mod tests {
         let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
         std::fs::write(path("a.step"), "ISO-10303-21;").unwrap();
         std::fs::write(path("a.json"), "{\"surfaces\": 3}").unwrap();
+        for (name, x) in [("huge.json", "1e51"), ("tiny.json", "1e-51")] {
+            let text = format!(
+                r#"{{"surfaces": [{{"degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+                "control_points": [[[0, 0, 0, 1], [0, {x}, 0, 1]], [[0, 0, 0, 1], [0, {x}, 0, 1]]]}}]}}"#
+            );
+            std::fs::write(path(name), text).unwrap();
+        }
         assert!(message("no-such-model").contains("info --list"));
         assert!(message(&path("b.json")).contains("no file"));
         assert!(message(&path("a.step")).contains("surface JSON"));
         assert!(message(folder.path().to_str().unwrap()).contains("cannot read"));
+        assert!(message(&path("huge.json")).contains("surface 0 has a coordinate of 1e51; scale"));
+        assert!(message(&path("tiny.json")).contains("only 1e-51 wide"));
         let found = message(&path("a.json"));
         assert!(found.contains("a.json: surfaces: invalid type"), "{found}");
     }

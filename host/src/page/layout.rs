@@ -44,7 +44,8 @@ pub enum LayoutError {
 
 impl Layout {
     /// Fits the screen rectangle `extent` (lower left, upper right) inside the margins, in the middle of the sheet, as
-    /// large as it gets with one scale for both axes. An extent without width and height keeps 1 mm a unit.
+    /// large as it gets with one scale for both axes. An extent without width and height keeps 1 mm a unit; so does one
+    /// that is only the rounding of its coordinates, which must not be magnified to a picture.
     ///
     /// # Errors
     /// If the margins leave no room, or the extent is not finite or too small to be scaled.
@@ -54,7 +55,7 @@ impl Layout {
         // A picture without width is held by its height alone, and the other way round.
         let scale = |room: f64, size: f64| if size > 0.0 { room / size } else { f64::INFINITY };
         let widest = scale(room.x, size.x).min(scale(room.y, size.y));
-        let mm_per_unit = if size == DVec2::ZERO { 1.0 } else { widest };
+        let mm_per_unit = if size.cmple(rounding(extent)).all() { 1.0 } else { widest };
         if !(size.is_finite() && mm_per_unit.is_finite() && mm_per_unit > 0.0) {
             return Err(LayoutError::Extent { width: size.x, height: size.y });
         }
@@ -88,6 +89,12 @@ impl Layout {
     }
 }
 
+/// Size below which an extent is rounding. A projected coordinate is a sum of four products, each rounded to half an ulp,
+/// of numbers about as large as the result at worst, and evaluation at a parameter adds as many again for each degree.
+fn rounding(extent: [DVec2; 2]) -> DVec2 {
+    64.0 * f64::EPSILON * DVec2::splat(extent[0].abs().max(extent[1].abs()).max_element())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,6 +115,8 @@ mod tests {
         assert_eq!(high.to_page(DVec2::new(0.0, 2.0)), DVec2::new(100.0, 90.0));
         let dot = Layout::fit([DVec2::ONE, DVec2::ONE], PAGE, 10.0).unwrap();
         assert_eq!(dot.to_page(DVec2::ONE), DVec2::new(100.0, 50.0));
+        let noise = Layout::fit([DVec2::ONE, DVec2::ONE + 4.0 * f64::EPSILON], PAGE, 10.0).unwrap();
+        assert_eq!(noise.to_screen_length(1.0), 1.0);
     }
 
     #[test]
