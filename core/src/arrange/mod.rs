@@ -237,10 +237,12 @@ pub fn arrange(
     Arrangement { pieces, lengths, stats }
 }
 
-/// An interval of a curve whose line another curve draws.
-struct Cover {
+/// An interval in which a curve coincides on the screen with another one.
+struct Overlap {
     t: [f64; 2],
-    by: usize,
+    with: usize,
+    /// Whether the other curve draws the line: it is inked, and nearer or earlier in order.
+    drawn: bool,
 }
 
 fn split_curve(
@@ -256,7 +258,7 @@ fn split_curve(
     let table = arcs.length_table(curve, index);
     let mut stats = ArrangeStats::default();
     let mut work = Work::default();
-    let (mut cuts, mut covers) = (curve.splits.clone(), Vec::new());
+    let (mut cuts, mut overlaps) = (curve.splits.clone(), Vec::new());
     let (mut near, mut found) = (Vec::new(), Vec::new());
     for arc in arcs.of(index) {
         let known = cuts.len();
@@ -289,14 +291,9 @@ fn split_curve(
                         if zb < za - resolution || own_contact(curve, &curves[other.curve], a, &table, resolution) {
                             continue;
                         }
-                        stats.overlaps += 1;
-                        let (from, to) = (a[0].min(a[1]), a[0].max(a[1]));
-                        cuts.push(from);
-                        cuts.push(to);
                         let nearer = zb > za + resolution || !curve.active || other.curve < index;
-                        if curves[other.curve].inked && nearer && other.curve != index {
-                            covers.push(Cover { t: [from, to], by: other.curve });
-                        }
+                        let drawn = curves[other.curve].inked && nearer && other.curve != index;
+                        overlaps.push(Overlap { t: [a[0].min(a[1]), a[0].max(a[1])], with: other.curve, drawn });
                     }
                 }
             }
@@ -304,7 +301,10 @@ fn split_curve(
     }
     stats.subdivisions = work.subdivisions;
     stats.newton = work.newton;
-    (cut(curve, index, &table, cuts, &mut covers, resolution), table, stats)
+    let overlaps = merged(overlaps, &table, resolution);
+    stats.overlaps = overlaps.len() as u64;
+    cuts.extend(overlaps.iter().flat_map(|o| o.t));
+    (cut(curve, index, &table, cuts, &overlaps, resolution), table, stats)
 }
 
 /// Whether an overlap is the tangency of a curve with the silhouette of its own surface. Both then touch in space at a
@@ -320,13 +320,31 @@ fn own_contact(c: &SurfaceCurve, other: &SurfaceCurve, t: [f64; 2], table: &Leng
     c.splits.iter().chain(&c.domain).any(|&s| near(s))
 }
 
+/// Overlaps with the same curve that follow one another, made one.
+fn merged(mut overlaps: Vec<Overlap>, table: &LengthTable, resolution: f64) -> Vec<Overlap> {
+    overlaps.sort_by(|x, y| (x.with, x.drawn).cmp(&(y.with, y.drawn)).then(x.t[0].total_cmp(&y.t[0])));
+    let mut out: Vec<Overlap> = Vec::new();
+    for o in overlaps {
+        match out.last_mut() {
+            Some(last)
+                if (last.with, last.drawn) == (o.with, o.drawn)
+                    && table.length_at(o.t[0]) <= table.length_at(last.t[1]) + 4.0 * resolution =>
+            {
+                last.t[1] = last.t[1].max(o.t[1]);
+            }
+            _ => out.push(o),
+        }
+    }
+    out
+}
+
 /// Pieces between sorted cuts; cuts nearer together than the resolution are one.
 fn cut(
     curve: &SurfaceCurve,
     index: usize,
     table: &LengthTable,
     mut cuts: Vec<f64>,
-    covers: &mut [Cover],
+    overlaps: &[Overlap],
     resolution: f64,
 ) -> Vec<Piece> {
     let [a, b] = curve.domain;
@@ -347,11 +365,10 @@ fn cut(
         }
     }
     kept.push(b);
-    covers.sort_by(|x, y| x.t[0].total_cmp(&y.t[0]).then(x.by.cmp(&y.by)));
     kept.windows(2)
         .map(|w| {
             let m = 0.5 * (w[0] + w[1]);
-            let covered_by = covers.iter().filter(|c| c.t[0] <= m && m <= c.t[1]).map(|c| c.by).min();
+            let covered_by = overlaps.iter().filter(|o| o.drawn && o.t[0] <= m && m <= o.t[1]).map(|o| o.with).min();
             Piece { curve: index, t: [w[0], w[1]], covered_by }
         })
         .collect()
