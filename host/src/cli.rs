@@ -55,9 +55,6 @@ pub struct DrawArgs {
     /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times
     #[arg(short, long, required = true, value_name = "FILE")]
     pub output: Vec<PathBuf>,
-    /// What is drawn, and on which paper
-    #[command(flatten)]
-    pub drawing: DrawingArgs,
     /// Plotter that G-code or HPGL is written for (`penvis devices`)
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
@@ -67,6 +64,9 @@ pub struct DrawArgs {
     /// Write counts and seconds per stage to a JSON file
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    /// What is drawn, and on which paper
+    #[command(flatten)]
+    pub drawing: DrawingArgs,
 }
 
 /// What is drawn, and on which paper: the arguments of every command that computes a drawing.

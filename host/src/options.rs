@@ -264,7 +264,7 @@ pub struct DrawOptions {
     pub gcode: Device,
     /// The plotter that HPGL is written for.
     pub hpgl: Device,
-    /// The plotter whose speeds the estimate uses: the one asked for, or the default one.
+    /// The plotter whose speeds the estimate uses: the one asked for, or the default one of the language written.
     pub estimated: Device,
     /// Width of the pen in mm.
     pub pen_width_mm: f64,
@@ -309,7 +309,9 @@ impl DrawOptions {
             }
             device.place(drawing.page)?;
         }
-        let estimated = asked.unwrap_or_else(|| gcode.clone());
+        let only_hpgl =
+            outputs.iter().any(|o| o.format == Format::Hpgl) && outputs.iter().all(|o| o.format != Format::Gcode);
+        let estimated = asked.unwrap_or_else(|| if only_hpgl { hpgl.clone() } else { gcode.clone() });
         let (pen_width_mm, stats) = (args.pen_width, args.stats.clone());
         Ok(Self { drawing, outputs, gcode, hpgl, estimated, pen_width_mm, stats })
     }
@@ -407,6 +409,8 @@ mod tests {
         assert_eq!((options.drawing.iso, options.drawing.margin_mm), (8, 15.0));
         assert_eq!(options.drawing.page, Page { width_mm: 297.0, height_mm: 210.0 });
         assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, DEFAULT_HPGL));
+        assert_eq!(options.estimated.name, device::DEFAULT);
+        assert_eq!(self::options("saddle -o a.plt").unwrap().estimated.name, DEFAULT_HPGL);
     }
 
     #[test]
