@@ -3,3 +3,4 @@
 pub mod agreement;
 pub mod ink;
 pub mod oracle;
+pub mod plotter;

@@ -1,0 +1,119 @@
+//! The main job from end to end: a model is drawn with default settings, written as G-code, streamed to the simulated
+//! plotter, and what its motors drew, rebuilt from the step pulses, is compared with the drawing.
+
+use std::io::Write;
+
+use glam::DVec2;
+use penvis::drawing::Drawing;
+use penvis::emit;
+use penvis::sim::Recording;
+use penvis_firmware::Settings;
+use penvis_tests::ink::Ink;
+use penvis_tests::plotter::{draw, ink, plot, port, simulated};
+
+/// Allowed besides the length of a step, in mm.
+const DEVIATION: f64 = 0.02;
+
+/// The largest deviation in mm that a plot may have from its drawing.
+fn allowed() -> f64 {
+    let [x, y, _] = Settings::default().steps_per_mm();
+    DEVIATION + 1.0 / x.min(y)
+}
+
+/// Largest distance of either from the other, in mm.
+fn deviation(a: &Ink, b: &Ink) -> f64 {
+    let one_way = |a: &Ink, b: &Ink| a.farthest_from(b).expect("there is ink").0;
+    one_way(a, b).max(one_way(b, a))
+}
+
+struct Plot {
+    drawing: Drawing,
+    job: String,
+    recording: Recording,
+    drawn: Drawing,
+}
+
+fn plotted(words: &[&str]) -> Plot {
+    let device = simulated();
+    let drawing = draw(words).drawing;
+    let job = emit::gcode(&drawing, &device).expect("G-code");
+    let recording = plot(&job, &device).expect("plotted to the end");
+    let drawn = ink(&recording, &drawing, &device);
+    Plot { drawing, job, recording, drawn }
+}
+
+/// Everything drawn is in the drawing, all of the drawing is drawn, and the pen is up at the origin in the end.
+fn is_faithful(words: &[&str], least_mm: f64) {
+    let Plot { drawing, job, recording, drawn } = plotted(words);
+    let (wanted, got) = (Ink::new(&drawing), Ink::new(&drawn));
+    assert!(wanted.length_mm() > least_mm, "{words:?}: only {:.0} mm", wanted.length_mm());
+    let off = deviation(&wanted, &got);
+    println!("{words:?}: {:.0} mm, largest deviation {off:.4} mm", wanted.length_mm());
+    assert!(off <= allowed(), "{words:?}: {off:.4} mm off");
+    // Strokes that meet within the resolution of the job are drawn without lifting: less ink is not possible, and a
+    // path of steps is a little longer than the one that it follows.
+    let ratio = got.length_mm() / wanted.length_mm();
+    assert!((0.995..1.02).contains(&ratio), "{words:?}: {ratio} times the ink");
+    let downs = job.lines().filter(|line| *line == "M3 S1000").count();
+    assert_eq!(recording.lifts(), downs, "{words:?}: the pen went down once for each M3");
+    assert_eq!(recording.lost_bytes, 0);
+    assert_eq!(recording.position[..2], [0, 0]);
+    assert!(!recording.traces.last().expect("traces").pen_down);
+}
+
+#[test]
+fn the_teapot_is_drawn_as_it_should() {
+    is_faithful(&["teapot"], 4000.0);
+}
+
+#[test]
+fn the_pawn_is_drawn_as_it_should() {
+    is_faithful(&["pawn"], 1000.0);
+}
+
+#[test]
+fn linked_tori_are_drawn_as_they_should() {
+    is_faithful(&["linked_tori"], 1000.0);
+}
+
+/// A page that fits only when turned: what is compared has been turned and turned back.
+#[test]
+fn a_turned_page_is_drawn_as_it_should() {
+    is_faithful(&["saddle", "--paper", "a3", "--portrait", "--iso", "5"], 1000.0);
+}
+
+/// The comparison can fail, from either side.
+#[test]
+fn a_drawing_moved_or_with_a_stroke_less_is_told_apart() {
+    let Plot { drawing, drawn, .. } = plotted(&["saddle", "--iso", "3", "--paper", "a5"]);
+    let got = Ink::new(&drawn);
+    assert!(deviation(&Ink::new(&drawing), &got) <= allowed());
+    let mut moved = drawing.clone();
+    for p in moved.polylines.iter_mut().flat_map(|line| &mut line.page) {
+        *p += DVec2::new(0.05, 0.0);
+    }
+    assert!(deviation(&Ink::new(&moved), &got) > allowed());
+    for k in 0..drawing.polylines.len() {
+        let mut fewer = drawing.clone();
+        fewer.polylines.remove(k);
+        let fewer = Ink::new(&fewer);
+        assert!(got.farthest_from(&fewer).expect("ink").0 > allowed(), "without stroke {k}");
+        assert!(fewer.farthest_from(&got).expect("ink").0 <= allowed());
+    }
+}
+
+/// A sender that does not count overflows the plotter's receive buffer; nobody tells it, and the drawing is spoilt.
+#[test]
+fn a_sender_that_does_not_count_spoils_the_drawing() {
+    let device = simulated();
+    let drawing = draw(&["saddle", "--iso", "3", "--paper", "a5"]).drawing;
+    let job = emit::gcode(&drawing, &device).expect("G-code");
+    let mut port = port(&device);
+    // At the speed of the line: the plotter draws meanwhile, but more slowly than the bytes come.
+    port.write_all(job.as_bytes()).expect("the port takes all");
+    let recording = port.recording();
+    assert!(recording.lost_bytes > 1000, "{} bytes lost", recording.lost_bytes);
+    let drawn = ink(&recording, &drawing, &device);
+    let off = Ink::new(&drawing).farthest_from(&Ink::new(&drawn)).map_or(f64::INFINITY, |far| far.0);
+    assert!(off > 1.0, "{off} mm off");
+}
