@@ -18,7 +18,7 @@ use glam::{DVec2, DVec4};
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
 use crate::view::Patch;
-use arc::{Arc, Control, split_control};
+use arc::{Arc, Control, screen, split_control};
 use grid::Grid;
 use intersect::{Meeting, Work, meetings};
 use pierce::Sheets;
@@ -137,11 +137,24 @@ impl Arcs {
         Self { arcs, starts }
     }
 
-    /// Screen box of all curves: lower left and upper right corner. Tight to the arcs' control polygons.
+    /// Screen box of all curves: lower left and upper right corner. No curve leaves it by more than a
+    /// millionth of its size and the error of its arcs, and it is no larger than the curves.
+    ///
+    /// Control polygons are halved only where they reach beyond what is known to be on a curve.
     #[must_use]
     pub fn extent(&self) -> [DVec2; 2] {
-        let start = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-        self.arcs.iter().fold(start, |[lo, hi], a| [lo.min(a.lo), hi.max(a.hi)])
+        let mut found = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        for arc in &self.arcs {
+            let (p, q) = arc.ends();
+            found = [found[0].min(p).min(q), found[1].max(p).max(q)];
+        }
+        // A picture that is one point has the rounding of its coordinates instead of a size.
+        let rounding = 64.0 * f64::EPSILON * found[0].abs().max(found[1].abs()).max_element();
+        let slack = DVec2::splat(rounding.max(EXTENT_SLACK * (found[1] - found[0]).max_element()));
+        for arc in &self.arcs {
+            widen(arc, slack, &mut found, 0);
+        }
+        found
     }
 
     fn of(&self, curve: usize) -> &[Arc] {
@@ -162,6 +175,24 @@ impl Arcs {
         }
         LengthTable { knots }
     }
+}
+
+/// Overhang that [`Arcs::extent`] leaves, of the size of the box: a third of a micrometre on a sheet of 300 mm.
+const EXTENT_SLACK: f64 = 1e-6;
+
+/// Widens `found` to hold `arc` up to `slack`. The polygon nears the arc by a factor of four with each halving, so ten of
+/// them reach the slack; only halves that still reach beyond are followed.
+fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
+    const DEEPEST: u32 = 16;
+    let beyond = |p: DVec2| p.cmplt(found[0] - slack).any() || p.cmpgt(found[1] + slack).any();
+    if depth >= DEEPEST || !arc.points.iter().any(|h| beyond(screen(*h))) {
+        return;
+    }
+    let (left, right) = arc.halves();
+    let (_, middle) = left.ends();
+    *found = [found[0].min(middle), found[1].max(middle)];
+    widen(&left, slack, found, depth + 1);
+    widen(&right, slack, found, depth + 1);
 }
 
 /// Halves an arc until its tangents stay within 45° of its chord, so that strips are thin and cone tests can succeed.
@@ -372,4 +403,32 @@ fn cut(
             Piece { curve: index, t: [w[0], w[1]], covered_by }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The quarter circle round (5, 3) from angle 45° to 135°, whose top is inside and whose control polygon is higher.
+    fn quarter() -> Arcs {
+        let c = libm::sqrt(0.5);
+        let points = [(c, c, 1.0), (0.0, 2.0 * c, c), (-c, c, 1.0)].map(|(x, y, w)| {
+            let middle = DVec2::new(5.0, 3.0);
+            // The middle control point is at √2 above the centre, with weight cos 45°.
+            let p = if w < 1.0 { middle + DVec2::new(0.0, y) } else { middle + DVec2::new(x, y) };
+            DVec4::new(p.x * w, p.y * w, 0.0, w)
+        });
+        Arcs {
+            arcs: alloc::vec![Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0)],
+            starts: alloc::vec![0, 1],
+        }
+    }
+
+    #[test]
+    fn the_extent_is_that_of_the_curve_and_not_of_its_polygon() {
+        let [lo, hi] = quarter().extent();
+        let c = libm::sqrt(0.5);
+        assert!((lo - DVec2::new(5.0 - c, 3.0 + c)).length() < 1e-14, "{lo}");
+        assert!((hi.x - 5.0 - c).abs() < 1e-14 && (hi.y - 4.0).abs() < 2e-6 && hi.y <= 4.0 + 1e-15, "{hi}");
+    }
 }
