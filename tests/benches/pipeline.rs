@@ -1,0 +1,61 @@
+//! How long the stages take: `cargo bench -p penvis-tests`. With `RAYON_NUM_THREADS=1` on one core.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use penvis::page::{Hidden, Layout, lay_out};
+use penvis::{builtin, emit};
+use penvis_core::pipeline::{DrawOptions, Prepared};
+use penvis_tests::plotter::{draw, options, plot, simulated};
+
+/// The teapot is the figure to watch; the others are perspective, many small patches, and interlocking outlines.
+const MODELS: [&str; 4] = ["teapot", "pawn", "spring", "linked_tori"];
+
+fn stages(c: &mut Criterion) {
+    for name in MODELS {
+        let mut group = c.benchmark_group(name);
+        group.sample_size(10).measurement_time(Duration::from_secs(4));
+        let model = builtin::load(name).expect("a built-in model");
+        let camera = model.view.camera().expect("a camera");
+        let wanted = DrawOptions::default();
+        let prepare =
+            || Prepared::new(&model.scene, &camera, &wanted, &mut |_| {}).expect("the model is in front of the eye");
+        let prepared = prepare();
+        let asked = options(&[name]);
+        let layout = Layout::fit(prepared.extent(), asked.page, asked.margin_mm).expect("it fits");
+        let tolerance = layout.to_screen_length(asked.tolerance_mm);
+        let traced = prepared.trace(tolerance, &mut |_| {});
+        group.bench_function("project, stitch and extract", |b| b.iter(prepare));
+        group.bench_function("split and see", |b| b.iter(|| prepared.sightings(&mut |_| {})));
+        group.bench_function("split, see and chain", |b| b.iter(|| prepared.trace(tolerance, &mut |_| {})));
+        group.bench_function("lay out", |b| {
+            b.iter(|| lay_out(black_box(&traced.strokes), &layout, Hidden::Omit));
+        });
+        group.finish();
+    }
+}
+
+fn end_to_end(c: &mut Criterion) {
+    let mut group = c.benchmark_group("model to G-code");
+    group.sample_size(10).measurement_time(Duration::from_secs(4));
+    let device = simulated();
+    for name in MODELS {
+        group.bench_function(name, |b| {
+            b.iter(|| emit::gcode(&draw(&[name]).drawing, &device).expect("G-code"));
+        });
+    }
+    group.finish();
+}
+
+fn simulation(c: &mut Criterion) {
+    let mut group = c.benchmark_group("simulated plotter");
+    group.sample_size(10);
+    let device = simulated();
+    let job = emit::gcode(&draw(&["saddle"]).drawing, &device).expect("G-code");
+    group.bench_function("saddle", |b| b.iter(|| plot(black_box(&job), &device).expect("plotted")));
+    group.finish();
+}
+
+criterion_group!(benches, stages, end_to_end, simulation);
+criterion_main!(benches);
