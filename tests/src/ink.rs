@@ -35,10 +35,13 @@ impl Ink {
             let pieces = (a.distance(b) / CELL).ceil().max(1.0);
             for i in 0..pieces as usize {
                 let (p, q) = (a.lerp(b, i as f64 / pieces), a.lerp(b, (i as f64 + 1.0) / pieces));
-                let ([x0, y0], [x1, y1]) = (ink.cell(p.min(q)), ink.cell(p.max(q)));
+                // Rounding of the place between the ends may step out of the box.
+                let inside =
+                    |[x, y]: [i64; 2]| [x.clamp(0, across as i64 - 1), y.clamp(0, up as i64 - 1)].map(|c| c as usize);
+                let ([x0, y0], [x1, y1]) = (inside(ink.cell(p.min(q))), inside(ink.cell(p.max(q))));
                 for y in y0..=y1 {
                     for x in x0..=x1 {
-                        let list = &mut ink.cells[y as usize * across + x as usize];
+                        let list = &mut ink.cells[y * across + x];
                         if list.last() != Some(&(k as u32)) {
                             list.push(k as u32);
                         }

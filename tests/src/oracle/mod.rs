@@ -36,7 +36,7 @@ use glam::{DVec2, DVec3};
 use penvis_core::scene::Scene;
 
 use grid::Grid;
-use mesh::Mesh;
+use mesh::{Mesh, Transition};
 pub use sight::Sight;
 
 /// Cells must come this near to the surface, as a part of the scene's size, or be as many as [`MOST_TRIANGLES`].
@@ -170,6 +170,26 @@ impl Oracle {
         self.count(p, &own)
     }
 
+    /// Places on the screen within a stated distance of which there must be a visible outline, the end of a sheet or a
+    /// fold: edges of triangles that nothing hides and round which the surface is seen on one side only, on both rings.
+    /// Since the rings are farther from the edge than the triangles from the surface, the surface ends or folds in
+    /// between.
+    #[must_use]
+    pub fn visible_outline(&self) -> Vec<(DVec2, f64)> {
+        let seen = |t: &Transition| {
+            let p = 0.5 * (t.ends[0] + t.ends[1]);
+            let q = p.truncate();
+            let (own, radius) = self.neighbourhood(&t.triangles, q)?;
+            let one_sided = [radius, 2.0 * radius].iter().all(|&r| {
+                let seen = self.ring(&own, q, r);
+                seen == Some([true, true, false]) || seen == Some([true, false, true])
+            });
+            let hidden = self.is_near_transition(p, &own) || self.count(p, &own) != Verdict::Visible;
+            (one_sided && !hidden).then_some((q, radius))
+        };
+        self.mesh.transitions.iter().filter_map(seen).collect()
+    }
+
     /// What is joined to the triangles `home` within a disc round `q`, and the radius of a ring in the disc that is
     /// farther from `q` than the triangles are from the surface.
     fn neighbourhood(&self, home: &[u32], q: DVec2) -> Option<(Vec<u32>, f64)> {
@@ -180,26 +200,33 @@ impl Oracle {
         Some((self.mesh.around(home, q, DISC * radius)?, radius))
     }
 
+    /// Whether the own neighbourhood covers some places of a ring round `q` not, once, twice; none if more often.
+    fn ring(&self, own: &[u32], q: DVec2, radius: f64) -> Option<[bool; 3]> {
+        const RING: u32 = 24;
+        let mut seen = [false; 3];
+        for k in 0..RING {
+            // Off the directions in which edges of the mesh like to run.
+            let at = q + radius * DVec2::from_angle(0.123 + TAU * f64::from(k) / f64::from(RING));
+            *seen.get_mut(self.covering(own, at))? = true;
+        }
+        Some(seen)
+    }
+
+    /// How many of the triangles cover a point.
+    fn covering(&self, own: &[u32], q: DVec2) -> usize {
+        own.iter().filter(|&&t| self.mesh.covers(t, q)).count()
+    }
+
     /// Whether the own neighbourhood looks, on the ring and on one of twice the radius, as it should.
     fn is_simple(&self, own: &[u32], q: DVec2, radius: f64, site: Site) -> bool {
-        const RING: u32 = 24;
-        let covered = |at: DVec2| own.iter().filter(|&&t| self.mesh.covers(t, at)).count();
-        let middle = covered(q);
+        let middle = self.covering(own, q);
         // A sliver of surface that turns away unseen by the triangles could hide its own edge.
         let sure = || own.iter().all(|&t| self.mesh.faces_surely(t));
-        [radius, 2.0 * radius].iter().all(|radius| {
-            let mut seen = [false; 3];
-            for k in 0..RING {
-                // Off the directions in which edges of the mesh like to run.
-                let n = covered(q + radius * DVec2::from_angle(0.123 + TAU * f64::from(k) / f64::from(RING)));
-                match seen.get_mut(n) {
-                    Some(seen) => *seen = true,
-                    None => return false,
-                }
-            }
-            let sheet = seen == [false, true, false] && middle == 1;
-            let edge = seen == [true, true, false] && middle <= 1;
-            let fold = seen == [true, false, true];
+        [radius, 2.0 * radius].iter().all(|&radius| {
+            let seen = self.ring(own, q, radius);
+            let sheet = seen == Some([false, true, false]) && middle == 1;
+            let edge = seen == Some([true, true, false]) && middle <= 1;
+            let fold = seen == Some([true, false, true]);
             match site {
                 Site::Sheet => sheet || (edge && sure()),
                 Site::Crease => (sheet || fold) && sure(),
