@@ -115,6 +115,11 @@ pub(crate) struct Strip {
 }
 
 impl Strip {
+    /// The strip with `by` added to its width.
+    pub(crate) fn wider(self, by: f64) -> Self {
+        Self { lo: self.lo - 0.5 * by, hi: self.hi + 0.5 * by, ..self }
+    }
+
     pub(crate) fn width(&self) -> f64 {
         self.hi - self.lo
     }

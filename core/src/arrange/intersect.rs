@@ -28,10 +28,17 @@ const END_SLACK: f64 = 1e-7;
 
 /// Finds every meeting of `first` and `second`; those nearer together than `resolution` (screen units) are one.
 pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work) {
-    match coincidence(first, second, resolution + first.error + second.error) {
-        Some(whole) => out.push(whole),
-        None => recurse(first, second, resolution, out, work, 0),
+    let (sa, sb) = (first.strip().wider(resolution), second.strip().wider(resolution));
+    if sa.excludes(second) || sb.excludes(first) {
+        return;
     }
+    if !sa.cones_apart(&sb)
+        && let Some(whole) = coincidence(first, second, resolution + first.error + second.error)
+    {
+        out.push(whole);
+        return;
+    }
+    recurse(first, second, resolution, out, work, 0);
 }
 
 /// Fractions of a common interval at which two arcs are compared: more places than the coordinates of two arcs of
@@ -42,10 +49,6 @@ const PROBES: [f64; 9] = [0.06, 0.17, 0.28, 0.39, 0.5, 0.61, 0.72, 0.83, 0.94];
 /// end. Analytic curves coincide along all of what they have in common or at isolated points only, so this spares the
 /// subdivision, which would cut coincident arcs until each part is straight to the limit.
 fn coincidence(a: &Arc, b: &Arc, limit: f64) -> Option<Meeting> {
-    let slack = DVec2::splat(limit);
-    if (a.lo - slack).cmpgt(b.hi).any() || (b.lo - slack).cmpgt(a.hi).any() {
-        return None;
-    }
     let ((a0, a1), (b0, b1)) = (a.ends(), b.ends());
     let mut common: [Option<(f64, f64)>; 4] = [None; 4];
     for (k, (x, p)) in [(0.0, a0), (1.0, a1)].into_iter().enumerate() {
@@ -110,11 +113,7 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
     if (a.lo - slack).cmpgt(b.hi).any() || (b.lo - slack).cmpgt(a.hi).any() {
         return;
     }
-    let (mut sa, mut sb) = (a.strip(), b.strip());
-    for s in [&mut sa, &mut sb] {
-        s.lo -= 0.5 * resolution;
-        s.hi += 0.5 * resolution;
-    }
+    let (sa, sb) = (a.strip().wider(resolution), b.strip().wider(resolution));
     if sa.excludes(b) || sb.excludes(a) {
         return;
     }

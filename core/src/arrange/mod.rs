@@ -13,7 +13,7 @@ mod pierce;
 
 use alloc::vec::Vec;
 
-use glam::{DVec2, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
@@ -126,9 +126,11 @@ impl Arcs {
                     }
                 }
                 Path::Traced(traced) => {
+                    let fit = Fit { curve, index: k, geometry, tolerance: fit };
                     for segment in 0..traced.segment_count() {
-                        let t = [segment as f64, (segment + 1) as f64];
-                        hermite(curve, k, geometry, t, fit, &mut arcs, 0);
+                        let (t0, t1) = (segment as f64, (segment + 1) as f64);
+                        let ((p0, d0), (p1, d1)) = (curve.jet(geometry, t0), curve.jet_below(geometry, t1));
+                        fit.hermite((t0, p0, d0), (t1, p1, d1), &mut arcs, 0);
                     }
                 }
             }
@@ -207,26 +209,43 @@ fn tame(arc: Arc, out: &mut Vec<Arc>, depth: u32) {
     }
 }
 
-/// Cubic Hermite arcs within `fit` of a traced curve. The error of an interval falls with the fourth power of its
-/// length, so a few halvings reach any tolerance; it is measured at three inner points.
-fn hermite(c: &SurfaceCurve, index: usize, g: &Geometry<'_>, t: [f64; 2], fit: f64, out: &mut Vec<Arc>, depth: u32) {
-    const DEEPEST: u32 = 12;
-    let h = t[1] - t[0];
-    let ((p0, d0), (p1, d1)) = (c.jet(g, t[0] + 0.0), c.jet_below(g, t[1]));
-    // At a singular point of the surface a traced curve may have no finite derivative; the chord stands in for it.
-    let [d0, d1] = [d0, d1].map(|d| if d.is_finite() { d } else { (p1 - p0) / h });
-    let points = [p0, p0 + d0 * (h / 3.0), p1 - d1 * (h / 3.0), p1];
-    let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
-    let arc = Arc::new(index, t, control, fit);
-    let error =
-        [0.25, 0.5, 0.75].iter().map(|&x| (arc.jet(x).0 - c.point(g, t[0] + x * h)).length()).fold(0.0, f64::max);
-    if depth >= DEEPEST || (error <= fit && arc.strip().spread <= 1.0) {
-        let error = fit.max(2.0 * error);
-        out.push(Arc::new(index, t, arc.points, error));
-    } else {
-        let m = 0.5 * (t[0] + t[1]);
-        hermite(c, index, g, [t[0], m], fit, out, depth + 1);
-        hermite(c, index, g, [m, t[1]], fit, out, depth + 1);
+/// A traced curve that is being covered by arcs.
+struct Fit<'a> {
+    curve: &'a SurfaceCurve,
+    index: usize,
+    geometry: &'a Geometry<'a>,
+    tolerance: f64,
+}
+
+/// A parameter with position and derivative there.
+type Node = (f64, DVec3, DVec3);
+
+impl Fit<'_> {
+    /// Cubic Hermite arcs within the tolerance between two places of one segment. The error falls with the fourth power
+    /// of the length, so a few halvings reach any tolerance; it is measured at three inner points.
+    fn hermite(&self, from: Node, to: Node, out: &mut Vec<Arc>, depth: u32) {
+        const DEEPEST: u32 = 12;
+        let ((t0, p0, d0), (t1, p1, d1)) = (from, to);
+        let h = t1 - t0;
+        let points = [p0, p0 + d0 * (h / 3.0), p1 - d1 * (h / 3.0), p1];
+        let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
+        let arc = Arc::new(self.index, [t0, t1], control, self.tolerance);
+        let m = 0.5 * (t0 + t1);
+        let (pm, dm) = self.curve.jet(self.geometry, m);
+        // The middle first: there the error is largest, and the point serves the halves.
+        let mut error = (arc.jet(0.5).0 - pm).length();
+        let tame = arc.strip().spread <= 1.0;
+        if (error <= self.tolerance && tame) || depth >= DEEPEST {
+            for x in [0.25, 0.75] {
+                error = error.max((arc.jet(x).0 - self.curve.point(self.geometry, t0 + x * h)).length());
+            }
+        }
+        if depth >= DEEPEST || (error <= self.tolerance && tame) {
+            out.push(Arc::new(self.index, [t0, t1], arc.points, self.tolerance.max(2.0 * error)));
+        } else {
+            self.hermite(from, (m, pm, dm), out, depth + 1);
+            self.hermite((m, pm, dm), to, out, depth + 1);
+        }
     }
 }
 
@@ -304,6 +323,9 @@ fn split_curve(
                 continue;
             }
             if other.z[1] < arc.z[0] - resolution {
+                continue;
+            }
+            if (arc.lo - margin).cmpgt(other.hi).any() || (other.lo - margin).cmpgt(arc.hi).any() {
                 continue;
             }
             stats.pairs_near += 1;
