@@ -4,14 +4,14 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
-use crate::arrange::{Arcs, ArrangeStats, arrange};
-use crate::extract::facing::{FacingForm, FacingStats, facing_of_all};
+use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
+use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
 use crate::extract::{CurveSet, Geometry, SurfaceCurve, curves};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stroke::{Stroke, chain, flatten};
-use crate::view::{Camera, ViewError, ViewScene};
+use crate::view::{Camera, Patch, ViewError, ViewScene};
 use crate::visibility::{ClassifyOptions, Occluders, Sighting, VisibilityStats, classify};
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
@@ -157,7 +157,11 @@ impl Prepared {
     pub fn sightings(&self, begin: Observer<'_>) -> (Vec<Sighting>, Stats) {
         let size = self.view.size();
         begin(Stage::Arrange);
-        let arrangement = arrange(&self.curves, &self.arcs, self.view.patches(), &self.stitching, RESOLUTION * size);
+        let tolerance = Tolerance { resolution: RESOLUTION * size, contact: STITCH * size };
+        // A patch seen edge-on hides nothing, so that it does not matter where a curve pierces it.
+        let covering = self.view.patches().iter().zip(&self.forms).filter(|(_, f)| f.facing != Facing::EdgeOn);
+        let patches: Vec<&Patch> = covering.map(|(p, _)| p).collect();
+        let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, tolerance);
         begin(Stage::Visibility);
         let occluders = Occluders::new(self.view.patches());
         let options = ClassifyOptions {

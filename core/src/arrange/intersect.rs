@@ -20,6 +20,8 @@ pub(crate) enum Meeting {
 pub(crate) struct Work {
     pub(crate) subdivisions: u64,
     pub(crate) newton: u64,
+    /// Pairs given up because their subdivision came to no end.
+    pub(crate) undecided: u64,
 }
 
 /// How far a crossing's Bézier parameter may lie outside [0, 1]: neighbouring arcs share their ends to rounding, so a
@@ -38,7 +40,9 @@ pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec
         out.push(whole);
         return;
     }
-    recurse(first, second, resolution, out, work, 0);
+    let before = work.subdivisions;
+    recurse(first, second, resolution, out, work, (0, before + MOST_SUBDIVISIONS));
+    work.undecided += u64::from(work.subdivisions >= before + MOST_SUBDIVISIONS);
 }
 
 /// Fractions of a common interval at which two arcs are compared: more places than the coordinates of two arcs of
@@ -108,7 +112,16 @@ fn nearest(arc: &Arc, p: DVec2) -> (f64, f64) {
 /// Each level halves one arc; 2⁻⁵⁰ of any arc is below the resolution of its coordinates.
 const MAX_DEPTH: u32 = 100;
 
-fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work, depth: u32) {
+/// Halvings of one pair of arcs at the most. Two arcs of a drawing need some ten; only weights of many orders of magnitude,
+/// whose control points say nothing of the curve, need more than this.
+const MOST_SUBDIVISIONS: u64 = 4096;
+
+/// `limits` are the level and the count of subdivisions at which to give up.
+fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work, limits: (u32, u64)) {
+    let (depth, most) = limits;
+    if work.subdivisions >= most {
+        return;
+    }
     let slack = DVec2::splat(resolution);
     if (a.lo - slack).cmpgt(b.hi).any() || (b.lo - slack).cmpgt(a.hi).any() {
         return;
@@ -126,7 +139,7 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
         let short = |s: &Strip| if s.length > 0.0 { limit / s.length } else { 1.0 };
         let slack = if straight { END_SLACK + short(&sa).max(short(&sb)).min(0.5) } else { END_SLACK };
         let found = newton(a, b, &sa, &sb, slack, work);
-        if straight || found.is_some() {
+        if straight || found.is_some() || depth >= MAX_DEPTH {
             out.extend(found);
             return;
         }
@@ -138,12 +151,12 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
     let size = |arc: &Arc| (arc.hi - arc.lo).length_squared();
     if size(a) >= size(b) {
         let (l, r) = a.halves();
-        recurse(&l, b, resolution, out, work, depth + 1);
-        recurse(&r, b, resolution, out, work, depth + 1);
+        recurse(&l, b, resolution, out, work, (depth + 1, most));
+        recurse(&r, b, resolution, out, work, (depth + 1, most));
     } else {
         let (l, r) = b.halves();
-        recurse(a, &l, resolution, out, work, depth + 1);
-        recurse(a, &r, resolution, out, work, depth + 1);
+        recurse(a, &l, resolution, out, work, (depth + 1, most));
+        recurse(a, &r, resolution, out, work, (depth + 1, most));
     }
 }
 

@@ -51,6 +51,9 @@ pub struct ArrangeStats {
     pub piercings: u64,
     /// Intervals in which curves coincide on the screen.
     pub overlaps: u64,
+    /// Pairs of arcs, or of an arc and a patch, whose subdivision came to no end; what they have in common may be
+    /// missing.
+    pub undecided: u64,
     /// Pieces that came out.
     pub pieces: u64,
 }
@@ -227,6 +230,8 @@ impl Fit<'_> {
         const DEEPEST: u32 = 12;
         let ((t0, p0, d0), (t1, p1, d1)) = (from, to);
         let h = t1 - t0;
+        // At a singular point of the surface a traced curve may have no finite derivative; the chord stands in for it.
+        let [d0, d1] = [d0, d1].map(|d| if d.is_finite() { d } else { (p1 - p0) / h });
         let points = [p0, p0 + d0 * (h / 3.0), p1 - d1 * (h / 3.0), p1];
         let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
         let arc = Arc::new(self.index, [t0, t1], control, self.tolerance);
@@ -249,20 +254,30 @@ impl Fit<'_> {
     }
 }
 
-/// Splits every curve. `resolution` (screen units) is the distance below which two crossings are one and two curves
-/// coincide; every crossing farther than that from another, and at an angle that the arithmetic can see, is found.
-/// Cost: proportional to the number of near pairs of arcs.
+/// Below what lengths, in view space, things are one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Crossings nearer together than this are one, and curves within it of each other on the screen coincide.
+    pub resolution: f64,
+    /// A curve within this of a surface runs in it and does not pierce it.
+    pub contact: f64,
+}
+
+/// Splits every curve; `patches` are those that can hide something (patches seen edge-on cannot). Every crossing farther
+/// than the resolution from another, and at an angle that the arithmetic can see, is found. Cost: proportional to the
+/// number of near pairs of arcs, and of arcs and patches.
 #[must_use]
 pub fn arrange(
     curves: &[SurfaceCurve],
     arcs: &Arcs,
-    patches: &[Patch],
+    patches: &[&Patch],
     stitching: &Stitching,
-    resolution: f64,
+    tolerance: Tolerance,
 ) -> Arrangement {
+    let Tolerance { resolution, contact } = tolerance;
     let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
-    let sheets = Sheets::new(patches, stitching.joined_surfaces());
+    let sheets = Sheets::new(patches, stitching.joined_surfaces(), contact);
     let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, &sheets, resolution);
     #[cfg(feature = "parallel")]
     let parts: Vec<_> = {
@@ -280,6 +295,7 @@ pub fn arrange(
         stats.crossings += work.crossings;
         stats.overlaps += work.overlaps;
         stats.piercings += work.piercings;
+        stats.undecided += work.undecided;
         pieces.extend(part);
         lengths.push(table);
     }
@@ -312,7 +328,7 @@ fn split_curve(
     let (mut near, mut found) = (Vec::new(), Vec::new());
     for arc in arcs.of(index) {
         let known = cuts.len();
-        sheets.piercings(arc, &curve.surfaces, resolution, &mut cuts);
+        stats.undecided += sheets.piercings(arc, &curve.surfaces, &mut cuts);
         stats.piercings += (cuts.len() - known) as u64;
         let margin = DVec2::splat(resolution);
         grid.near(arc.lo - margin, arc.hi + margin, &mut near);
@@ -354,6 +370,7 @@ fn split_curve(
     }
     stats.subdivisions = work.subdivisions;
     stats.newton = work.newton;
+    stats.undecided += work.undecided;
     let overlaps = merged(overlaps, &table, resolution);
     stats.overlaps = overlaps.len() as u64;
     cuts.extend(overlaps.iter().flat_map(|o| o.t));

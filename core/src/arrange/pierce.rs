@@ -2,7 +2,8 @@
 //! the screen.
 //!
 //! Curve and surface are subdivided together until they are apart, or flat and transversal, when Newton's method finds
-//! the one point. A curve that runs in a surface (contact to the resolution) does not pierce it.
+//! the one point. A curve that runs in a surface, within the contact distance, does not pierce it: where a model has two
+//! surfaces in one place neither is in front of the other.
 
 use alloc::vec::Vec;
 
@@ -27,13 +28,14 @@ pub(super) struct Sheets {
     grid: Grid,
     /// For every surface the surfaces joined to it along an edge, itself included, in increasing order.
     joined: Vec<Vec<usize>>,
+    contact: f64,
 }
 
 /// Cells a patch and direction for the broad phase: enough to tell most curves from most patches.
 const CUTS: u32 = 2;
 
 impl Sheets {
-    pub(super) fn new(patches: &[Patch], joined: Vec<Vec<usize>>) -> Self {
+    pub(super) fn new(patches: &[&Patch], joined: Vec<Vec<usize>>, contact: f64) -> Self {
         let mut cells = Vec::new();
         for p in patches {
             let whole = Cell::new([p.degree_u, p.degree_v], p.points.clone());
@@ -51,12 +53,15 @@ impl Sheets {
             cells.extend(parts.into_iter().map(|c| (p.surface, c)));
         }
         let grid = Grid::new(cells.iter().map(|(_, c)| (c.lo.truncate(), c.hi.truncate())));
-        Self { cells, grid, joined }
+        Self { cells, grid, joined, contact }
     }
 
     /// Parameters of `arc`'s curve at which the arc, part of a curve on `surfaces`, pierces another surface that is not
     /// joined to them. (At a join curve and neighbour meet in an end point of the curve only.)
-    pub(super) fn piercings(&self, arc: &Arc, surfaces: &[usize], resolution: f64, out: &mut Vec<f64>) {
+    ///
+    /// Returns the number of cells for which the subdivision came to no end.
+    pub(super) fn piercings(&self, arc: &Arc, surfaces: &[usize], out: &mut Vec<f64>) -> u64 {
+        let mut undecided = 0;
         let mut near = Vec::new();
         self.grid.near(arc.lo, arc.hi, &mut near);
         let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
@@ -68,8 +73,11 @@ impl Sheets {
             if surfaces.iter().any(|&s| self.joined[s].binary_search(surface).is_ok()) {
                 continue;
             }
-            meet(arc, cell, resolution, out, 0);
+            let mut search = Search { contact: self.contact, halvings: 0, found: out };
+            search.meet(arc, cell, 0);
+            undecided += u64::from(search.halvings >= MOST_HALVINGS);
         }
+        undecided
     }
 }
 
@@ -135,49 +143,66 @@ fn along(points: &[DVec4], origin: DVec3, n: DVec3) -> (f64, f64) {
 /// Levels of halving in all; 2⁻²⁷ in each of three parameters is below the resolution of any picture.
 const MAX_DEPTH: u32 = 81;
 
-fn meet(arc: &Arc, cell: &Cell, resolution: f64, out: &mut Vec<f64>, depth: u32) {
-    let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
-    if cell.lo.cmpgt(hi).any() || lo.cmpgt(cell.hi).any() {
-        return;
-    }
-    let (p, du, dv) = cell.jet(0.5, 0.5);
-    let normal = du.cross(dv).normalize_or_zero();
-    let (c0, c1) = along(&cell.points, p, normal);
-    let (a0, a1) = along(&arc.points, p, normal);
-    let (arc_size, cell_size) = ((hi - lo).length(), (cell.hi - cell.lo).length());
-    if normal != DVec3::ZERO {
-        if a0 - arc.error > c1 || a1 + arc.error < c0 {
+/// Halvings of one pair of arc and cell at the most; a piercing needs some twenty.
+const MOST_HALVINGS: u32 = 4096;
+
+/// The intersection of one arc with one cell.
+struct Search<'a> {
+    contact: f64,
+    halvings: u32,
+    found: &'a mut Vec<f64>,
+}
+
+impl Search<'_> {
+    fn meet(&mut self, arc: &Arc, cell: &Cell, depth: u32) {
+        let contact = self.contact;
+        let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
+        if cell.lo.cmpgt(hi).any() || lo.cmpgt(cell.hi).any() {
             return;
         }
-        if a0 >= c0 - resolution && a1 <= c1 + resolution && c1 - c0 <= resolution {
-            // The arc lies in the surface: contact.
-            return;
-        }
-        // Flat and transversal: the arc's tangents and the cell's normals then stay on their sides of a plane's and a
-        // line's neighbourhood, so that there is one point at most.
-        let (q, d) = arc.jet(0.5);
-        let chord = d.normalize_or_zero();
-        let rise = chord.dot(normal).abs();
-        let bow = arc_bow(arc, q, chord);
-        if c1 - c0 <= FLAT * rise * cell_size && bow <= FLAT * rise * arc_size && rise > STEEP {
-            if let Some(x) = newton(arc, cell) {
-                out.push(arc.param(x));
+        let (p, du, dv) = cell.jet(0.5, 0.5);
+        let normal = du.cross(dv).normalize_or_zero();
+        let (c0, c1) = along(&cell.points, p, normal);
+        let (a0, a1) = along(&arc.points, p, normal);
+        let (arc_size, cell_size) = ((hi - lo).length(), (cell.hi - cell.lo).length());
+        if normal != DVec3::ZERO {
+            if a0 - arc.error > c1 || a1 + arc.error < c0 {
+                return;
             }
+            if a0 >= c0 - contact && a1 <= c1 + contact && c1 - c0 <= contact {
+                return;
+            }
+            // Flat and transversal: the arc's tangents and the cell's normals then stay on their sides of a plane's and a
+            // line's neighbourhood, so that there is one point at most.
+            let (q, d) = arc.jet(0.5);
+            let chord = d.normalize_or_zero();
+            let rise = chord.dot(normal).abs();
+            let bow = arc_bow(arc, q, chord);
+            if c1 - c0 <= FLAT * rise * cell_size && bow <= FLAT * rise * arc_size && rise > STEEP {
+                if let Some(x) = newton(arc, cell) {
+                    self.found.push(arc.param(x));
+                }
+                return;
+            }
+        }
+        if (arc_size <= contact && cell_size <= contact) || depth >= MAX_DEPTH {
+            // They touch, as at an end of the curve that lies on the surface, or cross within the contact distance.
+            self.found.extend(newton(arc, cell).map(|x| arc.param(x)));
             return;
         }
-    }
-    if (arc_size <= resolution && cell_size <= resolution) || depth >= MAX_DEPTH {
-        out.push(arc.param(0.5));
-        return;
-    }
-    if arc_size > cell_size {
-        let (l, r) = arc.halves();
-        meet(&l, cell, resolution, out, depth + 1);
-        meet(&r, cell, resolution, out, depth + 1);
-    } else {
-        let (l, r) = cell.halves(cell.longer());
-        meet(arc, &l, resolution, out, depth + 1);
-        meet(arc, &r, resolution, out, depth + 1);
+        if self.halvings >= MOST_HALVINGS {
+            return;
+        }
+        self.halvings += 1;
+        if arc_size > cell_size {
+            let (l, r) = arc.halves();
+            self.meet(&l, cell, depth + 1);
+            self.meet(&r, cell, depth + 1);
+        } else {
+            let (l, r) = cell.halves(cell.longer());
+            self.meet(arc, &l, depth + 1);
+            self.meet(arc, &r, depth + 1);
+        }
     }
 }
 
@@ -234,7 +259,9 @@ mod tests {
 
     fn at(arc: &Arc, cell: &Cell) -> Vec<f64> {
         let mut out = Vec::new();
-        meet(arc, cell, 1e-9, &mut out, 0);
+        let mut search = Search { contact: 1e-9, halvings: 0, found: &mut out };
+        search.meet(arc, cell, 0);
+        assert!(search.halvings < MOST_HALVINGS);
         out.sort_by(f64::total_cmp);
         out.dedup_by(|a, b| (*a - *b).abs() < 1e-7);
         out
