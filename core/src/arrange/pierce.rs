@@ -259,7 +259,7 @@ mod tests {
 
     fn at(arc: &Arc, cell: &Cell) -> Vec<f64> {
         let mut out = Vec::new();
-        let mut search = Search { contact: 1e-9, halvings: 0, found: &mut out };
+        let mut search = Search { contact: 1e-6, halvings: 0, found: &mut out };
         search.meet(arc, cell, 0);
         assert!(search.halvings < MOST_HALVINGS);
         out.sort_by(f64::total_cmp);
