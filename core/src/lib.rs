@@ -17,6 +17,24 @@
 //! | [`visibility`] | quantitative invisibility of every piece |
 //! | [`stroke`] | visible pieces flattened and chained |
 //!
+//! [`pipeline`] runs them in order:
+//!
+//! ```
+//! use glam::DVec3;
+//! use penvis_core::{pipeline, scene, shape, view};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let torus = shape::torus(&shape::Frame::WORLD, 3.0, 1.0)?;
+//! let surfaces = vec![scene::SceneSurface { name: "torus".into(), surface: torus }];
+//! let scene = scene::Scene { name: "ring".into(), surfaces };
+//! let camera = view::Camera::orthographic(DVec3::new(1.0, -2.0, 1.0), DVec3::Z)?;
+//! let prepared = pipeline::Prepared::new(&scene, &camera, &pipeline::DrawOptions::default(), &mut |_| {})?;
+//! let strokes = prepared.trace(0.001, &mut |_| {}).strokes;
+//! assert!(strokes.iter().all(|s| s.qi == 0 && s.points.len() >= 2));
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! `no_std` with `alloc`. Feature `std` adds convenience, `parallel` spreads work over cores; neither changes a bit of
 //! the result.
 #![no_std]

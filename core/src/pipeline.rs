@@ -196,3 +196,57 @@ pub struct Traced {
     /// Counts.
     pub stats: Stats,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::{KnotVector, Surface};
+    use crate::scene::SceneSurface;
+    use alloc::vec;
+    use glam::{DVec3, DVec4};
+
+    /// z = x² − y² over [−1, 1]² as one biquadratic patch.
+    fn saddle() -> Scene {
+        let knots = || KnotVector::bezier(2, [-1.0, 1.0]).unwrap();
+        // Coefficients of t² and of t on [−1, 1] are 1, −1, 1 and −1, 0, 1.
+        let (square, linear) = ([1.0, -1.0, 1.0], [-1.0, 0.0, 1.0]);
+        let points = (0..9).map(|k| {
+            let (i, j) = (k / 3, k % 3);
+            DVec4::new(linear[i], linear[j], square[i] - square[j], 1.0)
+        });
+        let surface = Surface::new(knots(), knots(), points.collect()).unwrap();
+        Scene { name: "saddle".into(), surfaces: vec![SceneSurface { name: "saddle".into(), surface }] }
+    }
+
+    fn traced(scene: &Scene, eye: DVec3, options: &DrawOptions) -> Traced {
+        let camera = Camera::orthographic(eye, DVec3::Z).unwrap();
+        let prepared = Prepared::new(scene, &camera, options, &mut |_| {}).unwrap();
+        prepared.trace(1e-3, &mut |_| {})
+    }
+
+    #[test]
+    fn a_silhouette_along_the_sight_line_costs_no_more_than_another() {
+        // Seen from (1, −1, 1) the silhouette x + y = ½ is a straight line that projects to one point.
+        let t = traced(&saddle(), DVec3::new(1.0, -1.0, 1.0), &DrawOptions::default());
+        assert_eq!(t.stats.arrange.undecided, 0);
+        assert!(t.stats.arrange.pairs_near < 2_000, "{:?}", t.stats.arrange);
+        assert!(t.strokes.iter().all(|s| s.kind != crate::stroke::CurveKind::Silhouette));
+    }
+
+    #[test]
+    fn stages_follow_one_another() {
+        let mut seen = Vec::new();
+        let camera = Camera::orthographic(DVec3::X, DVec3::Z).unwrap();
+        let prepared = Prepared::new(&saddle(), &camera, &DrawOptions::default(), &mut |s| seen.push(s)).unwrap();
+        let _strokes = prepared.trace(1e-3, &mut |s| seen.push(s));
+        let order = [Stage::View, Stage::Stitch, Stage::Extract, Stage::Arrange, Stage::Visibility, Stage::Stroke];
+        assert_eq!(seen, order);
+    }
+
+    #[test]
+    fn the_eye_inside_a_model_is_refused_by_name() {
+        let camera = Camera::perspective(DVec3::new(0.0, 0.0, 0.1), DVec3::X, DVec3::Z).unwrap();
+        let got = Prepared::new(&saddle(), &camera, &DrawOptions::default(), &mut |_| {});
+        assert!(matches!(got, Err(ViewError::BehindEye { index: 0, .. })));
+    }
+}

@@ -124,7 +124,7 @@ impl Arcs {
                             let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
                             let right = if x > 0.0 { split_control(&all, x).1 } else { all };
                             let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
-                            tame(Arc::new(k, [a, b], part, 0.0), &mut arcs, 0);
+                            tame(Arc::new(k, [a, b], part, 0.0), fit, &mut arcs, 0);
                         }
                     }
                 }
@@ -200,16 +200,22 @@ fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
     widen(&right, slack, found, depth + 1);
 }
 
-/// Halves an arc until its tangents stay within 45° of its chord, so that strips are thin and cone tests can succeed.
-fn tame(arc: Arc, out: &mut Vec<Arc>, depth: u32) {
+/// Halves an arc until it is tame.
+fn tame(arc: Arc, point: f64, out: &mut Vec<Arc>, depth: u32) {
     const DEEPEST: u32 = 6;
-    if depth >= DEEPEST || arc.strip().spread <= 1.0 {
+    if depth >= DEEPEST || is_tame(&arc, point) {
         out.push(arc);
     } else {
         let (l, r) = arc.halves();
-        tame(l, out, depth + 1);
-        tame(r, out, depth + 1);
+        tame(l, point, out, depth + 1);
+        tame(r, point, out, depth + 1);
     }
+}
+
+/// Whether tangents stay within 45° of the chord, so that strips are thin and cone tests can succeed; or the arc is no
+/// larger than `point`: a curve along the sight line has no direction on the screen that halving could bring out.
+fn is_tame(arc: &Arc, point: f64) -> bool {
+    arc.strip().spread <= 1.0 || (arc.hi - arc.lo).max_element() <= 2.0 * arc.error + point
 }
 
 /// A traced curve that is being covered by arcs.
@@ -239,7 +245,7 @@ impl Fit<'_> {
         let (pm, dm) = self.curve.jet(self.geometry, m);
         // The middle first: there the error is largest, and the point serves the halves.
         let mut error = (arc.jet(0.5).0 - pm).length();
-        let tame = arc.strip().spread <= 1.0;
+        let tame = is_tame(&arc, self.tolerance);
         if (error <= self.tolerance && tame) || depth >= DEEPEST {
             for x in [0.25, 0.75] {
                 error = error.max((arc.jet(x).0 - self.curve.point(self.geometry, t0 + x * h)).length());
