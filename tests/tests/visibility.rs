@@ -18,9 +18,13 @@ enum Seen {
     Front,
     Top,
     Oblique,
+    /// From below, the eye as far away as the model's box is large.
+    Near,
+    /// A thousandth off the axis: everything that coincides from the top does so no longer, but barely.
+    AlmostTop,
 }
 
-use Seen::{Front, Oblique, Own, Top};
+use Seen::{AlmostTop, Front, Near, Oblique, Own, Top};
 
 fn options() -> DrawOptions {
     DrawOptions { keep_hidden: true, ..DrawOptions::default() }
@@ -33,43 +37,54 @@ fn look(name: &str, from: Seen) -> Agreement {
         Front => View::orthographic(DVec3::NEG_Y),
         Top => View { up: DVec3::Y, ..View::orthographic(DVec3::Z) },
         Oblique => View::orthographic(DVec3::new(0.31, -0.85, 0.42)),
+        Near => near(&model.scene, DVec3::new(0.4, -1.0, -0.5)),
+        AlmostTop => View::orthographic(DVec3::new(0.001, -0.002, 1.0)),
     };
     compare(&model.scene, &view, &options())
 }
 
+/// A perspective towards the middle of the control points, from a diagonal of their box away.
+fn near(scene: &Scene, direction: DVec3) -> View {
+    let points = scene.surfaces.iter().flat_map(|s| s.surface.homogeneous()).map(|h| h.truncate() / h.w);
+    let (lo, hi) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    let middle = lo.midpoint(hi);
+    View::perspective(middle + direction.normalize() * (hi - lo).length(), middle)
+}
+
 /// At least `least` places must be judged and all of them alike, and the oracle must withhold its verdict from no more
-/// than a seventh of the curves' length: on silhouettes that run along a line of sight for long, or coincide, it does.
+/// than a quarter of the curves' length. It is some hundredths where nothing coincides; the most is withheld where creases
+/// and silhouettes run along the sight line.
 fn agree(name: &str, views: &[Seen], least: usize) {
     for &from in views {
         let a = look(name, from);
         let list: Vec<String> = a.disagreements.iter().map(|d| format!("\n  {d:?}")).collect();
         assert!(list.is_empty(), "{name} from {from:?}: {} disagreements{}", list.len(), list.concat());
         assert!(a.agreed >= least, "{name} from {from:?}: only {} places judged, {:?} not", a.agreed, a.doubts);
-        assert!(a.ambiguous() < 0.15, "{name} from {from:?}: {:.3} of the length not judged", a.ambiguous());
+        assert!(a.ambiguous() < 0.25, "{name} from {from:?}: {:.3} of the length not judged", a.ambiguous());
     }
 }
 
 #[test]
 fn teapot() {
-    agree("teapot", &[Own, Front, Top, Oblique], 2000);
+    agree("teapot", &[Own, Front, Top, Oblique, Near, AlmostTop], 2000);
 }
 
 #[test]
 fn turned_solids_seen_in_perspective() {
-    agree("pawn", &[Own, Front, Top, Oblique], 500);
-    agree("goblet", &[Own, Front, Oblique], 500);
+    agree("pawn", &[Own, Front, Top, Oblique, Near, AlmostTop], 500);
+    agree("goblet", &[Own, Front, Top, Oblique, Near], 500);
 }
 
 #[test]
 fn handles_and_fins_that_pierce_a_body() {
-    agree("vase", &[Own, Front, Top, Oblique], 1000);
-    agree("missile", &[Own, Front, Top, Oblique], 5000);
+    agree("vase", &[Own, Front, Top, Oblique, Near, AlmostTop], 1000);
+    agree("missile", &[Own, Front, Top, Oblique, Near, AlmostTop], 5000);
 }
 
 #[test]
 fn tori() {
     agree("torus", &[Own, Front, Top, Oblique], 200);
-    agree("linked_tori", &[Own, Front, Top, Oblique], 500);
+    agree("linked_tori", &[Own, Front, Top, Oblique, Near, AlmostTop], 500);
 }
 
 #[test]
@@ -80,15 +95,15 @@ fn spring() {
 #[test]
 fn height_fields() {
     agree("saddle", &[Own, Front, Top, Oblique], 50);
-    agree("wiggle", &[Own, Front, Top, Oblique], 50);
-    agree("discont", &[Own, Front, Top, Oblique], 50);
+    agree("wiggle", &[Own, Front, Top, Oblique, Near], 50);
+    agree("discont", &[Own, Front, Top, Oblique, Near], 50);
 }
 
 #[test]
 fn quadrics_and_a_box() {
     agree("sphere", &[Own, Front, Top, Oblique], 100);
-    agree("cylinder", &[Own, Front, Oblique], 100);
-    agree("cone", &[Own, Front, Top, Oblique], 100);
+    agree("cylinder", &[Own, Front, Top, Oblique, Near], 100);
+    agree("cone", &[Own, Front, Top, Oblique, Near, AlmostTop], 100);
     agree("box", &[Own, Front, Top, Oblique], 50);
 }
 

@@ -103,9 +103,15 @@ impl Mesh {
         cells.flat_map(|k| c.triangles[k].into_iter().flatten()).collect()
     }
 
-    /// What is joined to the triangles `from` by way of triangles that come within `reach` of `q` on the screen; none if
-    /// they are so many that the surface must be seen edge-on there.
-    pub(super) fn around(&self, from: &[u32], q: DVec2, reach: f64) -> Option<Vec<u32>> {
+    /// What is joined to the triangles `from` by way of triangles that come within `reach` of `p` on the screen; none if
+    /// they are so many that the surface must be seen edge-on there. Edges at an angle are passed where `may_pass` them.
+    pub(super) fn around(
+        &self,
+        from: &[u32],
+        p: DVec3,
+        reach: f64,
+        may_pass: impl Fn([DVec3; 2]) -> bool,
+    ) -> Option<Vec<u32>> {
         const MOST: usize = 500;
         let mut found = from.to_vec();
         let mut next = 0;
@@ -113,14 +119,26 @@ impl Mesh {
             if found.len() > MOST {
                 return None;
             }
-            for t in self.triangles[found[next] as usize].neighbours.into_iter().flatten() {
-                if !found.contains(&t) && self.distance(t, q) <= reach {
-                    found.push(t);
+            let t = found[next];
+            let corners = self.corners(t);
+            for side in 0..3 {
+                let Some(n) = self.triangles[t as usize].neighbours[side] else { continue };
+                let open = self.joins_smoothly(t, n) || may_pass([corners[side], corners[(side + 1) % 3]]);
+                if open && !found.contains(&n) && self.distance(n, p.truncate()) <= reach {
+                    found.push(n);
                 }
             }
             next += 1;
         }
         Some(found)
+    }
+
+    /// Whether two neighbours' normals differ by less than a quarter of a radian. Cells are far smaller than that, so that
+    /// more is the angle of an edge.
+    fn joins_smoothly(&self, a: u32, b: u32) -> bool {
+        const EDGE: f64 = 0.25;
+        // Of the lines, not the sides: surfaces that are joined may run their parameters either way.
+        self.normal(a).cross(self.normal(b)).length() < EDGE
     }
 
     /// Distance on the screen of a triangle from the point `q`.

@@ -17,11 +17,11 @@
 //!   is large on steep triangles ([`Doubt::Contact`]); so the very places where surfaces pierce one another are not
 //!   judged, only their surroundings;
 //! - where the point's own neighbourhood on its surface is more than the sheet, the edge or the fold that it claims to lie
-//!   on: near cusps, right behind its own fold, and on edges that a sliver of their own surface may hide
-//!   ([`Doubt::OwnSheet`]).
+//!   on: near cusps, right behind its own fold, and where a sliver of its own surface may hide it, thinner than the
+//!   error ([`Doubt::OwnSheet`]).
 //!
 //! The own neighbourhood is found by parameters and adjacency: what is joined to the point's cell within a small disc on
-//! the screen, however deep it reaches. It never hides the point. On two rings in the disc it must look like a sheet
+//! the screen, however deep it reaches, up to edges at an angle other than the one the point lies on. It never hides the point. On two rings in the disc it must look like a sheet
 //! (covered once everywhere), the edge of one (once or not), or, if the point lies on a silhouette or a sharp edge, a
 //! fold (twice or not).
 
@@ -160,7 +160,7 @@ impl Oracle {
     pub fn judge(&self, place: &Place) -> Verdict {
         let p = self.sight.project(place.point);
         let home = self.mesh.at(place.surface, place.uv.x, place.uv.y);
-        let own = match self.neighbourhood(&home, p.truncate()) {
+        let own = match self.neighbourhood(&home, p, place.site) {
             Some((own, ring)) if self.is_simple(&own, p.truncate(), ring, place.site) => own,
             _ => return Verdict::Ambiguous(Doubt::OwnSheet),
         };
@@ -179,7 +179,7 @@ impl Oracle {
         let seen = |t: &Transition| {
             let p = 0.5 * (t.ends[0] + t.ends[1]);
             let q = p.truncate();
-            let (own, radius) = self.neighbourhood(&t.triangles, q)?;
+            let (own, radius) = self.neighbourhood(&t.triangles, p, Site::Crease)?;
             let one_sided = [radius, 2.0 * radius].iter().all(|&r| {
                 let seen = self.ring(&own, q, r);
                 seen == Some([true, true, false]) || seen == Some([true, false, true])
@@ -190,14 +190,21 @@ impl Oracle {
         self.mesh.transitions.iter().filter_map(seen).collect()
     }
 
-    /// What is joined to the triangles `home` within a disc round `q`, and the radius of a ring in the disc that is
-    /// farther from `q` than the triangles are from the surface.
-    fn neighbourhood(&self, home: &[u32], q: DVec2) -> Option<(Vec<u32>, f64)> {
+    /// What is joined to the triangles `home` within a disc round `p`, and the radius of a ring in the disc that is
+    /// farther from `p` than the triangles are from the surface. It ends at edges at an angle, but for the one that `p`
+    /// lies on.
+    fn neighbourhood(&self, home: &[u32], p: DVec3, site: Site) -> Option<(Vec<u32>, f64)> {
         let error = |own: &[u32]| own.iter().map(|&t| self.mesh.triangles[t as usize].error).fold(0.0, f64::max);
         let ring = |own: &[u32]| SAFETY * error(own) + LEAST * self.mesh.size;
-        let near = self.mesh.around(home, q, DISC * ring(home))?;
-        let radius = ring(&near);
-        Some((self.mesh.around(home, q, DISC * radius)?, radius))
+        let near = |radius: f64| {
+            let holds = |[a, b]: [DVec3; 2]| {
+                let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+                (a + (b - a) * along).distance(p) <= radius
+            };
+            self.mesh.around(home, p, DISC * radius, |edge| site == Site::Crease && holds(edge))
+        };
+        let radius = ring(&near(ring(home))?);
+        Some((near(radius)?, radius))
     }
 
     /// Whether the own neighbourhood covers some places of a ring round `q` not, once, twice; none if more often.
@@ -220,7 +227,7 @@ impl Oracle {
     /// Whether the own neighbourhood looks, on the ring and on one of twice the radius, as it should.
     fn is_simple(&self, own: &[u32], q: DVec2, radius: f64, site: Site) -> bool {
         let middle = self.covering(own, q);
-        // A sliver of surface that turns away unseen by the triangles could hide its own edge.
+        // A sliver of surface that turns away unseen by the triangles could hide the point.
         let sure = || own.iter().all(|&t| self.mesh.faces_surely(t));
         [radius, 2.0 * radius].iter().all(|&radius| {
             let seen = self.ring(own, q, radius);
@@ -228,7 +235,7 @@ impl Oracle {
             let edge = seen == Some([true, true, false]) && middle <= 1;
             let fold = seen == Some([true, false, true]);
             match site {
-                Site::Sheet => sheet || (edge && sure()),
+                Site::Sheet => (sheet || edge) && sure(),
                 Site::Crease => (sheet || fold) && sure(),
                 Site::Silhouette => fold,
             }
@@ -245,7 +252,7 @@ impl Oracle {
             // Folded triangles are steep: their whole length may lie along the sight line.
             distance <= SAFETY * t.error + least
                 && a.z.max(b.z) > p.z - t.side - least
-                && !t.triangles.iter().any(|k| own.contains(k))
+                && !t.triangles.iter().all(|k| own.contains(k))
         })
     }
 
