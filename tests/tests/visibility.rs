@@ -22,9 +22,11 @@ enum Seen {
     Near,
     /// A thousandth off the axis: everything that coincides from the top does so no longer, but barely.
     AlmostTop,
+    /// From (1, −1, 1), which a straight silhouette of the saddle runs along: all of it is one point on the screen.
+    Isometric,
 }
 
-use Seen::{AlmostTop, Front, Near, Oblique, Own, Top};
+use Seen::{AlmostTop, Front, Isometric, Near, Oblique, Own, Top};
 
 fn options() -> DrawOptions {
     DrawOptions { keep_hidden: true, ..DrawOptions::default() }
@@ -38,6 +40,7 @@ fn look(name: &str, from: Seen) -> Agreement {
         Top => View { up: DVec3::Y, ..View::orthographic(DVec3::Z) },
         Oblique => View::orthographic(DVec3::new(0.31, -0.85, 0.42)),
         Near => near(&model.scene, DVec3::new(0.4, -1.0, -0.5)),
+        Isometric => View::ISOMETRIC,
         AlmostTop => View::orthographic(DVec3::new(0.001, -0.002, 1.0)),
     };
     compare(&model.scene, &view, &options())
@@ -94,7 +97,7 @@ fn spring() {
 
 #[test]
 fn height_fields() {
-    agree("saddle", &[Own, Front, Top, Oblique], 50);
+    agree("saddle", &[Own, Front, Top, Oblique, Near, Isometric], 50);
     agree("wiggle", &[Own, Front, Top, Oblique, Near], 50);
     agree("discont", &[Own, Front, Top, Oblique, Near], 50);
 }
