@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
+use super::alongside::alongside;
 use super::arc::{Arc, Strip};
 
 /// A meeting of two arcs on the screen, by curve parameters.
@@ -143,6 +144,8 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
             out.extend(found);
             return;
         }
+    } else if alongside(a, b, resolution + a.error + b.error, out) {
+        return;
     } else if straight && (beside(&sa, b, limit) || beside(&sb, a, limit)) || depth >= MAX_DEPTH {
         out.extend(overlap(a, b, &sa, &sb));
         return;

@@ -6,6 +6,7 @@
 //! exclude piercing). Crossings are found by intersecting arcs, piercings by intersecting arcs and patches; places on the
 //! curve's own surface come with the curve, from parameter space.
 
+mod alongside;
 mod arc;
 mod grid;
 mod intersect;
@@ -236,9 +237,8 @@ impl Fit<'_> {
         const DEEPEST: u32 = 12;
         let ((t0, p0, d0), (t1, p1, d1)) = (from, to);
         let h = t1 - t0;
-        // At a singular point of the surface a traced curve may have no finite derivative; the chord stands in for it.
-        let [d0, d1] = [d0, d1].map(|d| if d.is_finite() { d } else { (p1 - p0) / h });
-        let points = [p0, p0 + d0 * (h / 3.0), p1 - d1 * (h / 3.0), p1];
+        let legs = [d0, d1].map(|d| leg(d * (h / 3.0), p1 - p0));
+        let points = [p0, p0 + legs[0], p1 - legs[1], p1];
         let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
         let arc = Arc::new(self.index, [t0, t1], control, self.tolerance);
         let m = 0.5 * (t0 + t1);
@@ -246,18 +246,33 @@ impl Fit<'_> {
         // The middle first: there the error is largest, and the point serves the halves.
         let mut error = (arc.jet(0.5).0 - pm).length();
         let tame = is_tame(&arc, self.tolerance);
-        if (error <= self.tolerance && tame) || depth >= DEEPEST {
+        // Where the curve is known less well than the tolerance, arcs cannot be better, however short.
+        let enough = self.tolerance.max(self.curve.rounding(self.geometry, m));
+        if (error <= enough && tame) || depth >= DEEPEST {
             for x in [0.25, 0.75] {
                 error = error.max((arc.jet(x).0 - self.curve.point(self.geometry, t0 + x * h)).length());
             }
         }
-        if depth >= DEEPEST || (error <= self.tolerance && tame) {
+        if depth >= DEEPEST || (error <= enough && tame) {
             out.push(Arc::new(self.index, [t0, t1], arc.points, self.tolerance.max(2.0 * error)));
         } else {
             self.hermite(from, (m, pm, dm), out, depth + 1);
             self.hermite((m, pm, dm), to, out, depth + 1);
         }
     }
+}
+
+/// A leg of a Hermite arc's control polygon, no longer than the chord on the screen and in space. The derivative of a
+/// traced curve grows beyond all bounds towards a place where its independent parameter stands still, and means nothing
+/// at a singular point. A monotone cubic has legs of its chord's length at most (Fritsch and Carlson 1980), so nothing is
+/// lost on short arcs.
+fn leg(tangent: DVec3, chord: DVec3) -> DVec3 {
+    if !tangent.is_finite() {
+        return chord / 3.0;
+    }
+    let bounded = |d: DVec2, most: f64| d.clamp_length_max(most.max(f64::MIN_POSITIVE));
+    let flat = bounded(tangent.truncate(), chord.truncate().length());
+    flat.extend(tangent.z.clamp(-chord.length(), chord.length()))
 }
 
 /// Below what lengths, in view space, things are one.

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use super::facing::FacingForm;
 use super::silhouette::TracedCurve;
 use super::zero_set;
+use crate::bernstein::Bivariate;
 use crate::line::{Axis, Line};
 use crate::stroke::CurveKind;
 use crate::view::ViewScene;
@@ -108,6 +109,22 @@ impl SurfaceCurve {
                 (j.p, j.du * d.x + j.dv * d.y)
             }
         }
+    }
+
+    /// How far from its true place the point at `t` may be, in view space, because the facing polynomial is known to
+    /// rounding only: much where the polynomial is flat. Nothing on an isoparametric line.
+    #[must_use]
+    pub fn rounding(&self, g: &Geometry<'_>, t: f64) -> f64 {
+        let Path::Traced(c) = &self.path else { return 0.0 };
+        let form = &g.forms[c.patch];
+        let l = c.local_at(form, t);
+        let [_, fu, fv] = form.gradient(l.x, l.y);
+        let magnitude = form.polynomial.as_ref().map_or(0.0, Bivariate::magnitude);
+        // A simple zero moves by rounding over slope, a double one by the root of what the second order makes of it.
+        let slope = libm::hypot(fu, fv);
+        let shift = (form.rounding / slope).min(libm::sqrt(form.rounding / magnitude));
+        let j = g.view.patches()[c.patch].jet(l.x, l.y);
+        if shift.is_finite() { shift * (j.du.length() + j.dv.length()) } else { 0.0 }
     }
 
     /// Whether the curve is an isoparametric line with u (`Axis::U`) or v constant.
