@@ -133,6 +133,16 @@ impl Mesh {
         Some(found)
     }
 
+    /// The sides of some triangles at which a neighbour lies at an angle.
+    pub(super) fn sharp_edges(&self, of: &[u32]) -> impl Iterator<Item = [DVec3; 2]> {
+        let sides = of.iter().flat_map(|&t| (0..3).map(move |side| (t, side)));
+        sides.filter_map(|(t, side)| {
+            let n = self.triangles[t as usize].neighbours[side]?;
+            let corners = self.corners(t);
+            (!self.joins_smoothly(t, n)).then_some([corners[side], corners[(side + 1) % 3]])
+        })
+    }
+
     /// Whether two neighbours' normals differ by less than a quarter of a radian. Cells are far smaller than that, so that
     /// more is the angle of an edge.
     fn joins_smoothly(&self, a: u32, b: u32) -> bool {

@@ -196,13 +196,16 @@ impl Oracle {
     fn neighbourhood(&self, home: &[u32], p: DVec3, site: Site) -> Option<(Vec<u32>, f64)> {
         let error = |own: &[u32]| own.iter().map(|&t| self.mesh.triangles[t as usize].error).fold(0.0, f64::max);
         let ring = |own: &[u32]| SAFETY * error(own) + LEAST * self.mesh.size;
-        let near = |radius: f64| {
-            let holds = |[a, b]: [DVec3; 2]| {
-                let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-                (a + (b - a) * along).distance(p) <= radius
-            };
-            self.mesh.around(home, p, DISC * radius, |edge| site == Site::Crease && holds(edge))
+        let off = |[a, b]: [DVec3; 2]| {
+            let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            (a + (b - a) * along).distance(p)
         };
+        // Close to a corner other edges are near too, but not as near.
+        let nearest = match site {
+            Site::Crease => self.mesh.sharp_edges(home).map(off).fold(f64::INFINITY, f64::min) + LEAST * self.mesh.size,
+            Site::Sheet | Site::Silhouette => f64::NEG_INFINITY,
+        };
+        let near = |radius: f64| self.mesh.around(home, p, DISC * radius, |edge| off(edge) <= nearest.min(radius));
         let radius = ring(&near(ring(home))?);
         Some((near(radius)?, radius))
     }
@@ -237,8 +240,19 @@ impl Oracle {
             match site {
                 Site::Sheet => (sheet || edge) && sure(),
                 Site::Crease => (sheet || fold) && sure(),
-                Site::Silhouette => fold,
+                Site::Silhouette => fold && self.runs_across(own, q),
             }
+        })
+    }
+
+    /// Whether the neighbourhood's own folds run across the sight line rather than along it: where they turn along it is
+    /// a cusp, and sheets cross over in less than the error.
+    fn runs_across(&self, own: &[u32], q: DVec2) -> bool {
+        const STEEPEST: f64 = 10.0;
+        let all = self.transitions.at(q).iter().map(|&k| &self.mesh.transitions[k as usize]);
+        all.filter(|t| t.triangles.iter().all(|k| own.contains(k))).all(|t| {
+            let d = t.ends[1] - t.ends[0];
+            d.z.abs() <= STEEPEST * d.truncate().length()
         })
     }
 
