@@ -170,3 +170,52 @@ impl Line {
         if d * d <= best.1 { (t, d) } else { (best.0, libm::sqrt(best.1)) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, SceneSurface};
+    use crate::shape::{Frame, torus};
+    use crate::view::Camera;
+    use alloc::vec;
+
+    /// A torus of radii 3 and 1 seen from above: view coordinates are model coordinates.
+    fn view() -> ViewScene {
+        let surface = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface }] };
+        ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn lines_of_both_directions_lie_on_the_surface_and_their_derivatives_are_tangents() {
+        let view = view();
+        for axis in [Axis::U, Axis::V] {
+            let line = Line::new(&view, 0, axis, 0.3, false);
+            for k in 0..=40 {
+                let t = f64::from(k) / 40.0;
+                let (p, d) = line.jet(t);
+                assert!((p - view.model_point(0, line.uv(t))).length() < 1e-13);
+                let h = 1e-6;
+                let quotient = (line.point(t + h) - line.point(t - h)) / (2.0 * h);
+                // Knots excepted: there the derivative of a rational circle jumps.
+                if t > 0.0 && t < 1.0 && !line.spans.iter().any(|s| (s.t[0] - t).abs() < 2.0 * h) {
+                    assert!((quotient - d).length() < 1e-6 * d.length(), "{axis:?} {t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_circle_is_radially_below() {
+        let view = view();
+        // The outer equator: the profile begins there.
+        let line = Line::new(&view, 0, Axis::V, 0.0, false);
+        for k in 0..32 {
+            let angle = 0.1 + f64::from(k) * 0.19;
+            let direction = DVec3::new(libm::cos(angle), libm::sin(angle), 0.0);
+            let (t, d) = line.nearest(direction * 5.0);
+            assert!((line.point(t) - direction * 4.0).length() < 1e-7, "{angle}");
+            assert!((d - 1.0).abs() < 1e-12);
+        }
+    }
+}

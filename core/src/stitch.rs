@@ -250,3 +250,92 @@ fn conormal(view: &ViewScene, sides: &[Side], i: usize, t: f64) -> Option<DVec3>
     let inside = if line.axis == Axis::U { uv + DVec2::new(step, 0.0) } else { uv + DVec2::new(0.0, step) };
     flat(split(inside).0 - p)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::Surface;
+    use crate::scene::{Scene, SceneSurface};
+    use crate::shape::{Frame, cylinder, plane, sphere, torus};
+    use crate::view::Camera;
+    use alloc::vec;
+
+    fn stitched(surfaces: Vec<Surface>) -> Stitching {
+        let surfaces = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface }).collect();
+        let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
+        let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
+        Stitching::new(&view, &StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 })
+    }
+
+    fn classes(s: &Stitching) -> [usize; 3] {
+        let count = |c| s.edges.iter().filter(|e| e.class == c).count();
+        [count(EdgeClass::Boundary), count(EdgeClass::Crease), count(EdgeClass::Smooth)]
+    }
+
+    fn square(origin: DVec3, u: DVec3, v: DVec3) -> Surface {
+        plane(origin, u, v).unwrap()
+    }
+
+    #[test]
+    fn a_lone_square_has_four_boundaries() {
+        assert_eq!(classes(&stitched(vec![square(DVec3::ZERO, DVec3::X, DVec3::Y)])), [4, 0, 0]);
+    }
+
+    #[test]
+    fn squares_side_by_side_share_a_smooth_edge_and_squares_at_an_angle_a_crease() {
+        let flat = square(DVec3::X, DVec3::X, DVec3::Y);
+        let upright = square(DVec3::X, DVec3::Z, DVec3::Y);
+        let base = || square(DVec3::ZERO, DVec3::X, DVec3::Y);
+        assert_eq!(classes(&stitched(vec![base(), flat.clone()])), [6, 0, 2]);
+        assert_eq!(classes(&stitched(vec![base(), upright])), [6, 2, 0]);
+        // However the neighbour is parametrised.
+        for other in [flat.reversed_u(), flat.reversed_v(), flat.transposed()] {
+            assert_eq!(classes(&stitched(vec![base(), other])), [6, 0, 2]);
+        }
+    }
+
+    #[test]
+    fn each_shared_edge_has_one_owner() {
+        let s = stitched(vec![square(DVec3::ZERO, DVec3::X, DVec3::Y), square(DVec3::X, DVec3::X, DVec3::Y)]);
+        assert_eq!(s.edges.iter().filter(|e| e.class == EdgeClass::Smooth && e.owner()).count(), 1);
+    }
+
+    #[test]
+    fn a_square_folded_back_on_itself_is_a_crease() {
+        let back = square(DVec3::X, -DVec3::X, DVec3::new(0.0, 1.0, 0.0));
+        let s = stitched(vec![square(DVec3::ZERO, DVec3::X, DVec3::Y), back]);
+        assert!(s.edges.iter().all(|e| e.class != EdgeClass::Smooth), "{:?}", s.edges);
+    }
+
+    #[test]
+    fn a_long_side_is_cut_where_a_short_one_begins_and_ends() {
+        // The short square touches the middle third of the long one's side v = 1.
+        let long = square(DVec3::ZERO, DVec3::X * 3.0, DVec3::Y);
+        let short = square(DVec3::new(1.0, 1.0, 0.0), DVec3::X, DVec3::Y);
+        let s = stitched(vec![long, short]);
+        let parts: Vec<_> = s.edges_of(3).map(|e| (e.class, e.t)).collect();
+        assert_eq!(parts.len(), 3, "{parts:?}");
+        assert_eq!(parts[1].0, EdgeClass::Smooth);
+        assert!((parts[1].1[0] - 1.0 / 3.0).abs() < 1e-9 && (parts[1].1[1] - 2.0 / 3.0).abs() < 1e-9, "{parts:?}");
+        assert_eq!((parts[0].0, parts[2].0), (EdgeClass::Boundary, EdgeClass::Boundary));
+        assert_eq!(s.joined_surfaces(), vec![vec![0, 1], vec![0, 1]]);
+    }
+
+    #[test]
+    fn closed_surfaces_are_smooth_at_their_seams_and_poles_are_no_edges() {
+        assert_eq!(classes(&stitched(vec![sphere(&Frame::WORLD, 1.0).unwrap()])), [0, 0, 2]);
+        assert_eq!(classes(&stitched(vec![torus(&Frame::WORLD, 3.0, 1.0).unwrap()])), [0, 0, 4]);
+        assert_eq!(classes(&stitched(vec![cylinder(&Frame::WORLD, 1.0, 2.0).unwrap()])), [2, 0, 2]);
+    }
+
+    #[test]
+    fn three_squares_on_one_edge_are_a_crease() {
+        let s = stitched(vec![
+            square(DVec3::ZERO, DVec3::X, DVec3::Y),
+            square(DVec3::X, DVec3::X, DVec3::Y),
+            square(DVec3::X, DVec3::Z, DVec3::Y),
+        ]);
+        assert_eq!(classes(&s), [9, 3, 0]);
+        assert_eq!(s.edges.iter().filter(|e| e.class == EdgeClass::Crease && e.owner()).count(), 1);
+    }
+}

@@ -118,3 +118,61 @@ fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
     }
     points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Certainty, CurveKind};
+    use super::*;
+    use crate::extract::CurveSet;
+    use crate::extract::facing::facing_of_all;
+    use crate::extract::silhouette::Silhouettes;
+    use crate::scene::{Scene, SceneSurface};
+    use crate::shape::{Frame, sphere};
+    use crate::stitch::{StitchOptions, Stitching};
+    use crate::view::{Camera, ViewScene};
+    use alloc::vec;
+
+    /// The polylines of a sphere's isocurves, whole, at a tolerance.
+    fn parallels(tolerance: f64) -> Vec<Stroke> {
+        let surface = sphere(&Frame::WORLD, 1.0).unwrap();
+        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface }] };
+        let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::new(1.0, 0.4, 0.3), DVec3::Z).unwrap()).unwrap();
+        let (forms, _) = facing_of_all(view.patches());
+        let g = Geometry { view: &view, forms: &forms };
+        let stitching = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.01 });
+        let all = crate::extract::curves(&g, &stitching, &Silhouettes::default(), CurveSet::default(), 4, 0.01);
+        let isos: Vec<SurfaceCurve> = all.into_iter().filter(|c| c.kind == CurveKind::Iso).collect();
+        let sighting = |(k, c): (usize, &SurfaceCurve)| {
+            let [a, b] = c.domain;
+            let m = 0.3 * a + 0.7 * b;
+            // Two neighbours of one visibility: they are to become one polyline.
+            [[a, m], [m, b]].map(|t| Sighting { curve: k, t, qi: 0, certainty: Certainty::Proven })
+        };
+        let sightings: Vec<Sighting> = isos.iter().enumerate().flat_map(sighting).collect();
+        flatten(&g, &isos, &sightings, tolerance)
+    }
+
+    #[test]
+    fn vertices_lie_on_the_sphere_and_chords_sink_by_no_more_than_the_tolerance() {
+        for tolerance in [1e-2, 1e-3, 1e-4] {
+            let strokes = parallels(tolerance);
+            assert_eq!(strokes.len(), 8);
+            for s in &strokes {
+                for p in &s.points {
+                    assert!((p.model.length() - 1.0).abs() < 1e-12);
+                }
+                for w in s.points.windows(2) {
+                    let middle = (w[0].model + w[1].model) / 2.0;
+                    assert!(1.0 - middle.length() <= tolerance, "{tolerance}: {}", 1.0 - middle.length());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_tenth_of_the_tolerance_costs_about_three_times_the_vertices() {
+        let count = |t: f64| parallels(t).iter().map(|s| s.points.len()).sum::<usize>() as f64;
+        let ratio = count(1e-5) / count(1e-4);
+        assert!((2.0..5.0).contains(&ratio), "{ratio}");
+    }
+}
