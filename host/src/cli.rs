@@ -1,10 +1,13 @@
-//! The command line as it is typed. What it means is checked in [`options`](crate::options).
+//! The command line: which command does what is asked for.
 
-use std::path::PathBuf;
+use clap::{Parser, Subcommand};
+use thiserror::Error as ThisError;
 
-use clap::{Args, Parser, Subcommand};
-
+use crate::args::DrawArgs;
 use crate::command;
+use crate::command::devices::DevicesError;
+use crate::command::plot::PlotError;
+use crate::command::ports::PortsError;
 use crate::error::Error;
 
 /// Draws three-dimensional free-form models with a pen: exact surfaces in, visible strokes out.
@@ -33,8 +36,8 @@ impl Cli {
     /// Does what was asked for.
     ///
     /// # Errors
-    /// [`Error`]: what went wrong, in a line.
-    pub fn run(&self) -> Result<(), Error> {
+    /// [`CliError`]: what went wrong, in a line.
+    pub fn run(&self) -> Result<(), CliError> {
         match &self.command {
             Command::Draw(args) => command::draw::run(args)?,
             Command::Info(args) => command::info::run(args)?,
@@ -46,64 +49,20 @@ impl Cli {
     }
 }
 
-/// Arguments of `penvis draw`.
-#[derive(Clone, Debug, Args)]
-pub struct DrawArgs {
-    /// Built-in models (`penvis info --list`) or surface JSON files; several are drawn as one scene
-    #[arg(required = true, value_name = "MODEL")]
-    pub models: Vec<String>,
-    /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times
-    #[arg(short, long, required = true, value_name = "FILE")]
-    pub output: Vec<PathBuf>,
-    /// Plotter that G-code or HPGL is written for (`penvis devices`)
-    #[arg(long, value_name = "NAME")]
-    pub device: Option<String>,
-    /// Width of the pen in mm in SVG and PNG
-    #[arg(long, value_name = "MM", default_value_t = 0.3)]
-    pub pen_width: f64,
-    /// Write counts and seconds per stage to a JSON file
-    #[arg(long, value_name = "FILE")]
-    pub stats: Option<PathBuf>,
-    /// What is drawn, and on which paper
-    #[command(flatten)]
-    pub drawing: DrawingArgs,
-}
-
-/// What is drawn, and on which paper: the arguments of every command that computes a drawing.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Drawing")]
-pub struct DrawingArgs {
-    /// Direction to the eye: front, back, left, right, top, bottom, iso, or X,Y,Z [default: the model's own, or iso]
-    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
-    pub view: Option<String>,
-    /// Direction that is upwards on the paper [default: the model's own, or 0,0,1]
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub up: Option<String>,
-    /// Perspective in which the whole model fills an angle of so many degrees
-    #[arg(long, value_name = "DEGREES")]
-    pub perspective: Option<f64>,
-    /// Curves to ink, of boundary, crease, silhouette, iso, smooth
-    #[arg(long, value_name = "KINDS", default_value = "boundary,crease,silhouette,iso")]
-    pub curves: String,
-    /// Isocurves in each direction of a surface
-    #[arg(long, value_name = "N", default_value_t = 8)]
-    pub iso: u32,
-    /// What becomes of hidden curves: omit, dashed, or layer (in full, with pen 2)
-    #[arg(long, value_name = "HOW", default_value = "omit")]
-    pub hidden: String,
-    /// Largest distance in mm between a curve and its polyline
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
-    pub tolerance: f64,
-    /// Sheet: a5, a4, a3, a2, letter, legal, or a size such as 200x150mm
-    #[arg(long, value_name = "PAPER", default_value = "a4")]
-    pub paper: String,
-    /// Long side of the sheet from left to right; the way named sheets lie by default
-    #[arg(long)]
-    pub landscape: bool,
-    /// Long side of the sheet from bottom to top
-    #[arg(long, conflicts_with = "landscape")]
-    pub portrait: bool,
-    /// Margin on all sides in mm [default: 15, or a tenth of the shorter side if that is less]
-    #[arg(long, value_name = "MM")]
-    pub margin: Option<f64>,
+/// Why a command failed. Each message is one line that says what is wrong, where, and what to do.
+#[derive(Debug, ThisError)]
+#[non_exhaustive]
+pub enum CliError {
+    /// From `penvis draw` and `penvis info`.
+    #[error(transparent)]
+    Drawing(#[from] Error),
+    /// From `penvis devices`.
+    #[error(transparent)]
+    Devices(#[from] DevicesError),
+    /// From `penvis plot`.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// From `penvis ports`.
+    #[error(transparent)]
+    Ports(#[from] PortsError),
 }

@@ -1,20 +1,17 @@
-//! What can go wrong in a command, as the one line that `main` prints.
+//! What can go wrong in making a drawing, from the arguments to the files.
 
 use std::path::PathBuf;
 
 use penvis_core::view::{CameraError, ViewError};
 use thiserror::Error;
 
-use crate::command::devices::DevicesError;
-use crate::command::plot::PlotError;
-use crate::command::ports::PortsError;
 use crate::device::DeviceError;
 use crate::emit::EmitError;
 use crate::model::ModelError;
 use crate::options::OptionError;
 use crate::page::LayoutError;
 
-/// Why a command failed. Each message is one line that says what is wrong, where, and what to do.
+/// Why there is no drawing. Each message is one line that says what is wrong, where, and what to do.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -63,13 +60,4 @@ pub enum Error {
     /// Standard output is gone.
     #[error("cannot write to standard output: {0}")]
     Output(#[from] std::io::Error),
-    /// From `penvis devices`.
-    #[error(transparent)]
-    Devices(#[from] DevicesError),
-    /// From `penvis plot`.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
-    /// From `penvis ports`.
-    #[error(transparent)]
-    Ports(#[from] PortsError),
 }

@@ -10,6 +10,7 @@
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
+pub mod args;
 pub mod builtin;
 pub mod cli;
 pub mod command;

@@ -8,7 +8,7 @@ use penvis_core::scene::Scene;
 use penvis_core::stroke::CurveKind;
 use thiserror::Error;
 
-use crate::cli::{DrawArgs, DrawingArgs};
+use crate::args::{DrawArgs, DrawingArgs};
 use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::Format;

@@ -1,7 +1,7 @@
 //! From a model to the ink of the simulated plotter, by the same steps as the program's.
 
 use clap::Parser;
-use penvis::cli::DrawingArgs;
+use penvis::args::DrawingArgs;
 use penvis::compute::{Computed, compute};
 use penvis::device::{self, Device, Language};
 use penvis::drawing::Drawing;

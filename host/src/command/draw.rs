@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::cli::DrawArgs;
+use crate::args::DrawArgs;
 use crate::compute::{Computed, compute, summary};
 use crate::emit::{self, EmitError, Format};
 use crate::error::Error;

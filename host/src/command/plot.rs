@@ -9,7 +9,7 @@ use penvis_firmware::Settings;
 use serialport::FlowControl;
 use thiserror::Error as ThisError;
 
-use crate::cli::DrawingArgs;
+use crate::args::DrawingArgs;
 use crate::compute::{Computed, compute, duration_text, summary};
 use crate::device::{self, Device, Flow, Gcode, Language, PlaceError};
 use crate::drawing::Page;
@@ -62,6 +62,9 @@ pub struct PlotArgs {
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum PlotError {
+    /// The model cannot be drawn, or what the simulated plotter drew cannot be written.
+    #[error(transparent)]
+    Drawing(#[from] Error),
     /// `--sim-out` with a real plotter.
     #[error("--sim-out is for the simulated plotter; leave it out, or plot with --port sim")]
     SimOutWithoutSim,
@@ -180,11 +183,12 @@ enum Destination<'a> {
 /// Streams the job to its end and says what was done. Returns only when everything was acknowledged and the pen rests.
 ///
 /// # Errors
-/// [`Error`]: what is wrong with the command line or the job, or what went wrong on the way. No file is left behind then.
-pub fn run(args: &PlotArgs) -> Result<(), Error> {
+/// [`PlotError`]: what is wrong with the command line or the job, or what went wrong on the way. No file is left behind then.
+pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     let file = file(&args.jobs)?;
     let format = file.and_then(Format::of_path);
-    let device = device::find(args.device.as_deref().unwrap_or(default_device(&args.port, format)))?;
+    let device =
+        device::find(args.device.as_deref().unwrap_or(default_device(&args.port, format))).map_err(Error::from)?;
     let destination = destination(args, &device)?;
     let job = match file {
         Some(path) => read(path, &device)?,
@@ -261,8 +265,8 @@ fn ink_name(jobs: &[String]) -> PathBuf {
 }
 
 /// Draws models in the language of the device.
-fn draw(args: &PlotArgs, device: &Device) -> Result<Job, Error> {
-    let options = DrawingOptions::new(&args.jobs, &args.drawing)?;
+fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
+    let options = DrawingOptions::new(&args.jobs, &args.drawing).map_err(Error::from)?;
     // Said before the drawing is computed rather than after it.
     device.place(options.page).map_err(PlotError::Place)?;
     let progress = Progress::start();
@@ -305,7 +309,7 @@ fn simulate(
     gcode: &Gcode,
     baud: u32,
     ink: &Path,
-) -> Result<(), Error> {
+) -> Result<(), PlotError> {
     // A job whose page is unknown may use all of the plotter.
     let [width_mm, height_mm] = device.travel_mm.unwrap_or_default();
     let page = job.page.unwrap_or(Page { width_mm, height_mm });
@@ -374,7 +378,7 @@ mod tests {
         args: PlotArgs,
     }
 
-    fn plotted(words: &[&str]) -> Result<(), Error> {
+    fn plotted(words: &[&str]) -> Result<(), PlotError> {
         run(&Line::try_parse_from(["plot"].iter().chain(words)).unwrap().args)
     }
 
