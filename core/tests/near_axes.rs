@@ -26,3 +26,13 @@ fn a_torus_a_hair_off_its_side_is_split_with_little_work() {
         }
     }
 }
+
+/// Here silhouettes are steep graphs over a parameter whose floating-point steps are as wide as the picture's resolution:
+/// what covers them cannot be made better by making it shorter.
+#[test]
+fn silhouettes_known_to_rounding_only_are_covered_with_few_arcs() {
+    for axis in [DVec3::X, DVec3::NEG_Y] {
+        let work = stats_from(axis + 1e-12 * DVec3::new(0.3, 0.5, 0.8)).arrange;
+        assert!(work.pairs_near < 20_000, "{work:?}");
+    }
+}

@@ -123,6 +123,13 @@ impl SurfaceCurve {
         // A simple zero moves by rounding over slope, a double one by the root of what the second order makes of it.
         let slope = libm::hypot(fu, fv);
         let shift = (form.rounding / slope).min(libm::sqrt(form.rounding / magnitude));
+        // The independent parameter is a floating-point number, and its steps are seen as often as the graph is steep.
+        let segment = &c.segments[(t.max(0.0) as usize).min(c.segment_count() - 1)];
+        let steep = match segment.axis {
+            zero_set::Axis::U => fu / fv,
+            zero_set::Axis::V => fv / fu,
+        };
+        let shift = shift + (f64::EPSILON * steep.abs()).min(1.0);
         let j = g.view.patches()[c.patch].jet(l.x, l.y);
         if shift.is_finite() { shift * (j.du.length() + j.dv.length()) } else { 0.0 }
     }

@@ -295,7 +295,8 @@ impl<'a> Search<'a> {
         let weight = |s: &Option<f64>, w: [f64; 2]| s.map_or(0.0, |s| s.abs() / (w[1] - w[0]));
         let over_u = weight(&by_v, cell.rect.v) >= weight(&by_u, cell.rect.u);
         let order = if over_u { [(Axis::U, by_v), (Axis::V, by_u)] } else { [(Axis::V, by_u), (Axis::U, by_v)] };
-        order.iter().any(|&(axis, s)| s.is_some_and(|s| self.trace(cell, axis, s > 0.0)))
+        let rising = order.map(|(_, s)| s.map(|s| s > 0.0));
+        (0..2).any(|k| rising[k].is_some_and(|r| self.trace(cell, order[k].0, r, rising[1 - k])))
     }
 
     fn any_side_root(&self, cell: &Cell) -> bool {
@@ -307,8 +308,9 @@ impl<'a> Search<'a> {
     }
 
     /// Records the arcs of a cell in which the zero set is a graph over `axis`, F rising or falling with the other
-    /// variable. False, and nothing recorded, if the zeros on the sides contradict that (which only rounding can do).
-    fn trace(&mut self, cell: &Cell, axis: Axis, rising: bool) -> bool {
+    /// variable; `with_axis` says the same of `axis` itself, if it is known. False, and nothing recorded, if the zeros on
+    /// the sides contradict that (which only rounding can do).
+    fn trace(&mut self, cell: &Cell, axis: Axis, rising: bool, with_axis: Option<bool>) -> bool {
         let (x, y) = match axis {
             Axis::U => (cell.rect.u, cell.rect.v),
             Axis::V => (cell.rect.v, cell.rect.u),
@@ -370,6 +372,17 @@ impl<'a> Search<'a> {
         for (a, b) in pairs {
             let (from, to) = if forward { (a, b) } else { (b, a) };
             let (start, end) = (self.vertices[from].point, self.vertices[to].point);
+            // An arc that is a graph over both variables runs over the one of which it spans more: over the other one it
+            // would be so steep that the steps between floating-point numbers show.
+            let spans = (end - start).abs();
+            let (steep, other) = match axis {
+                Axis::U => (spans.y > spans.x, Axis::V),
+                Axis::V => (spans.x > spans.y, Axis::U),
+            };
+            let (axis, rising) = match with_axis {
+                Some(r) if steep => (other, r),
+                _ => (axis, rising),
+            };
             self.links.push(Link { arc: Arc { axis, cell: cell.rect, rising, start, end }, from, to });
         }
         true
