@@ -5,10 +5,10 @@ use alloc::vec::Vec;
 
 use super::curve::{Geometry, Path, SurfaceCurve};
 use super::facing::Facing;
+use super::kind::CurveKind;
 use super::silhouette::Silhouettes;
 use crate::line::{Axis, Line};
 use crate::stitch::{Edge, EdgeClass, Stitching};
-use crate::stroke::CurveKind;
 
 /// Which kinds of curve are wanted on paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,11 +5,11 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use super::facing::FacingForm;
+use super::kind::CurveKind;
 use super::silhouette::TracedCurve;
 use super::zero_set;
 use crate::bernstein::Bivariate;
 use crate::line::{Axis, Line};
-use crate::stroke::CurveKind;
 use crate::view::ViewScene;
 
 /// What is needed to evaluate curves: the patches in view space and the facing polynomial of each.

@@ -3,8 +3,10 @@
 mod collect;
 mod curve;
 pub mod facing;
+mod kind;
 pub mod silhouette;
 pub mod zero_set;
 
 pub use collect::{CurveSet, curves};
 pub use curve::{Geometry, Path, SurfaceCurve};
+pub use kind::CurveKind;

@@ -9,62 +9,12 @@ mod flatten;
 pub use chain::chain;
 pub use flatten::flatten;
 
+pub use crate::extract::CurveKind;
+pub use crate::visibility::Certainty;
+
 use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
-
-/// What a curve is on its surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
-pub enum CurveKind {
-    /// Free edge of a surface.
-    Boundary,
-    /// Sharp edge: two surfaces, or two pieces of one, meet at an angle.
-    Crease,
-    /// The surface turns away from the eye.
-    Silhouette,
-    /// Isoparametric curve.
-    Iso,
-    /// Smooth join of two surfaces; not inked unless asked for.
-    Smooth,
-}
-
-impl CurveKind {
-    /// The word for it in files and options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Boundary => "boundary",
-            Self::Crease => "crease",
-            Self::Silhouette => "silhouette",
-            Self::Iso => "iso",
-            Self::Smooth => "smooth",
-        }
-    }
-}
-
-/// How a visibility was decided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Certainty {
-    /// Every step had a certificate.
-    Proven,
-    /// Some step rested on a stated tolerance.
-    Tolerance,
-    /// Not decided; listed with its place.
-    Undecided,
-}
-
-impl Certainty {
-    /// The word for it in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Proven => "proven",
-            Self::Tolerance => "tolerance",
-            Self::Undecided => "undecided",
-        }
-    }
-}
 
 /// A vertex of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]

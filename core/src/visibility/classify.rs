@@ -4,11 +4,11 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
+use super::Certainty;
 use super::{Exclusion, Occluders, RayScratch};
 use crate::arrange::{Arrangement, LengthTable, Piece};
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
-use crate::stroke::Certainty;
 
 /// How visibility is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]

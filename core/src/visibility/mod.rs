@@ -8,6 +8,7 @@
 //!
 //! What a point lies on is excluded by identity, surface and parameters, never by an offset in depth.
 
+mod certainty;
 mod classify;
 mod coverage;
 mod hierarchy;
@@ -15,6 +16,7 @@ mod leaf;
 mod pole;
 mod ray;
 
+pub use certainty::Certainty;
 pub use classify::{ClassifyOptions, Sighting, UndecidedPlace, VisibilityStats, classify};
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};

@@ -1,0 +1,31 @@
+//! Kinds of curve.
+
+/// What a curve is on its surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum CurveKind {
+    /// Free edge of a surface.
+    Boundary,
+    /// Sharp edge: two surfaces, or two pieces of one, meet at an angle.
+    Crease,
+    /// The surface turns away from the eye.
+    Silhouette,
+    /// Isoparametric curve.
+    Iso,
+    /// Smooth join of two surfaces; not inked unless asked for.
+    Smooth,
+}
+
+impl CurveKind {
+    /// The word for it in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Boundary => "boundary",
+            Self::Crease => "crease",
+            Self::Silhouette => "silhouette",
+            Self::Iso => "iso",
+            Self::Smooth => "smooth",
+        }
+    }
+}
