@@ -50,7 +50,7 @@ fn same(a: &BTreeMap<CurveKind, f64>, b: &BTreeMap<CurveKind, f64>) -> Result<()
 }
 
 fn direction() -> impl Strategy<Value = DVec3> {
-    (-1.0..1.0_f64, 0.0..6.28_f64).prop_map(|(z, a)| {
+    (-1.0..1.0_f64, 0.0..core::f64::consts::TAU).prop_map(|(z, a)| {
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * a.cos(), r * a.sin(), z)
     })
