@@ -62,20 +62,15 @@ impl Line {
             let (index, local) = view.locate(surface, uv, below);
             let patch = &view.patches()[index];
             let (p, q) = (patch.degree_u, patch.degree_v);
-            let mut row = [DVec4::ZERO; MAX_DEGREE + 1];
+            let mut across = [DVec4::ZERO; MAX_DEGREE + 1];
             let points = match axis {
                 Axis::U => (0..=q)
                     .map(|j| {
-                        (0..=p).for_each(|i| row[i] = patch.points[i * (q + 1) + j]);
-                        curve_point(&mut row[..=p], local.x)
+                        (0..=p).for_each(|i| across[i] = patch.points[i * (q + 1) + j]);
+                        curve_point(&across[..=p], local.x)
                     })
                     .collect(),
-                Axis::V => (0..=p)
-                    .map(|i| {
-                        row[..=q].copy_from_slice(&patch.points[i * (q + 1)..(i + 1) * (q + 1)]);
-                        curve_point(&mut row[..=q], local.y)
-                    })
-                    .collect(),
+                Axis::V => patch.points.chunks_exact(q + 1).map(|row| curve_point(row, local.y)).collect(),
             };
             let local = if axis == Axis::U { local.x } else { local.y };
             spans.push(LineSpan { t: [w[0], w[1]], patch: index, local, points });
@@ -109,10 +104,8 @@ impl Line {
     #[must_use]
     pub fn jet(&self, t: f64) -> (DVec3, DVec3) {
         let span = &self.spans[self.span_at(t)];
-        let mut c = [DVec4::ZERO; MAX_DEGREE + 1];
-        c[..span.points.len()].copy_from_slice(&span.points);
         let width = span.t[1] - span.t[0];
-        let (h, d) = curve_jet(&mut c[..span.points.len()], (t - span.t[0]) / width);
+        let (h, d) = curve_jet(&span.points, (t - span.t[0]) / width);
         let p = h.truncate() / h.w;
         (p, (d.truncate() - p * d.w) / (h.w * width))
     }

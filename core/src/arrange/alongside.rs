@@ -9,7 +9,7 @@
 use glam::DVec2;
 
 use super::arc::{Arc, screen};
-use super::intersect::Meeting;
+use super::meeting::Meeting;
 
 /// Largest slope of an arc against the common direction, tan 63°: one arc may be 45° off its own chord.
 const STEEPEST: f64 = 2.0;

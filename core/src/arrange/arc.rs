@@ -58,10 +58,7 @@ impl Arc {
 
     /// Position and derivative at the Bézier parameter `x`, view space.
     pub(crate) fn jet(&self, x: f64) -> (DVec3, DVec3) {
-        let mut c = [DVec4::ZERO; MAX_DEGREE + 1];
-        let n = self.points.len();
-        c[..n].copy_from_slice(&self.points);
-        let (h, d) = curve_jet(&mut c[..n], x);
+        let (h, d) = curve_jet(&self.points, x);
         let p = h.truncate() / h.w;
         (p, (d.truncate() - p * d.w) / h.w)
     }

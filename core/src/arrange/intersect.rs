@@ -6,15 +6,7 @@ use glam::DVec2;
 
 use super::alongside::alongside;
 use super::arc::{Arc, Strip};
-
-/// A meeting of two arcs on the screen, by curve parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Meeting {
-    /// They cross, or touch at an end.
-    Crossing { a: f64, b: f64, za: f64, zb: f64 },
-    /// They run within the resolution of each other over an interval of the first: coincident, or tangent.
-    Overlap { a: [f64; 2], b: [f64; 2], za: f64, zb: f64 },
-}
+use super::meeting::Meeting;
 
 /// Work done by intersecting.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -117,6 +109,10 @@ const MAX_DEPTH: u32 = 100;
 /// whose control points say nothing of the curve, need more than this.
 const MOST_SUBDIVISIONS: u64 = 4096;
 
+/// Levels that strips have to themselves: two halvings part most arcs at a fraction of what it costs to compare two
+/// that run along each other.
+const STRIPS_FIRST: u32 = 2;
+
 /// `limits` are the level and the count of subdivisions at which to give up.
 fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work, limits: (u32, u64)) {
     let (depth, most) = limits;
@@ -144,7 +140,7 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
             out.extend(found);
             return;
         }
-    } else if alongside(a, b, resolution + a.error + b.error, out) {
+    } else if depth >= STRIPS_FIRST && alongside(a, b, resolution + a.error + b.error, out) {
         return;
     } else if straight && (beside(&sa, b, limit) || beside(&sb, a, limit)) || depth >= MAX_DEPTH {
         out.extend(overlap(a, b, &sa, &sb));
@@ -283,11 +279,19 @@ mod tests {
         assert_eq!(two.len(), 2, "{two:?}");
         assert!((two[0] - 0.25).abs() < 1e-12 && (two[1] - 0.75).abs() < 1e-12);
         assert!(all(&parabola, &line(-0.01)).is_empty());
-        let touch = all(&parabola, &line(0.0));
+        // The tangent at x = −0.4, which is t = 0.3.
+        let touch = all(&parabola, &arc(&[[-2.0, 1.44, 0.0], [2.0, -1.76, 0.0]]));
         assert!(!touch.is_empty());
         for m in touch {
             let Meeting::Overlap { a, .. } = m else { panic!("{m:?}") };
-            assert!((a[0] - 0.5).abs() < 1e-3 && (a[1] - 0.5).abs() < 1e-3);
+            assert!((a[0] - 0.3).abs() < 1e-3 && (a[1] - 0.3).abs() < 1e-3);
+        }
+        // The tangent at the vertex touches halves of the parabola in their common end.
+        let end = all(&parabola, &line(0.0));
+        assert!(!end.is_empty());
+        for m in end {
+            let (Meeting::Crossing { a, .. } | Meeting::Overlap { a: [a, _], .. }) = m;
+            assert!((a - 0.5).abs() < 1e-3, "{m:?}");
         }
     }
 

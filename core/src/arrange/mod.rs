@@ -10,6 +10,7 @@ mod alongside;
 mod arc;
 mod grid;
 mod intersect;
+mod meeting;
 mod pierce;
 
 use alloc::vec::Vec;
@@ -21,7 +22,8 @@ use crate::stitch::Stitching;
 use crate::view::Patch;
 use arc::{Arc, Control, screen, split_control};
 use grid::Grid;
-use intersect::{Meeting, Work, meetings};
+use intersect::{Work, meetings};
+use meeting::Meeting;
 use pierce::Sheets;
 
 /// A part of a curve with one quantitative invisibility.

@@ -94,42 +94,52 @@ impl Patch {
     }
 }
 
+/// Points of a row or column of control points, in fixed room that is not cleared first.
+type Row = heapless::Vec<DVec4, { MAX_DEGREE + 1 }>;
+
 /// Value and derivatives at (s, t) of the tensor Bézier patch of bidegree (p, q) with the control points `points`.
 pub(crate) fn net_jet(points: &[DVec4], p: usize, q: usize, s: f64, t: f64) -> [DVec4; 3] {
-    let w = q + 1;
-    let mut row = [DVec4::ZERO; MAX_DEGREE + 1];
-    let mut values = [DVec4::ZERO; MAX_DEGREE + 1];
-    let mut slopes = [DVec4::ZERO; MAX_DEGREE + 1];
-    for i in 0..=p {
-        row[..w].copy_from_slice(&points[i * w..(i + 1) * w]);
-        (values[i], slopes[i]) = curve_jet(&mut row[..w], t);
+    let (mut values, mut slopes) = (Row::new(), Row::new());
+    for row in points.chunks_exact(q + 1).take(p + 1) {
+        let (value, slope) = curve_jet(row, t);
+        // A degree is at most MAX_DEGREE, so there is room.
+        let _ = (values.push(value), slopes.push(slope));
     }
-    let hv = curve_point(&mut slopes[..=p], s);
-    let (h, hu) = curve_jet(&mut values[..=p], s);
-    [h, hu, hv]
+    let (h, hu) = curve_jet(&values, s);
+    [h, hu, curve_point(&slopes, s)]
 }
 
-/// Value and derivative of the Bézier curve with control points `c` (overwritten) at `t`.
-pub(crate) fn curve_jet(c: &mut [DVec4], t: f64) -> (DVec4, DVec4) {
-    let n = c.len() - 1;
-    if n == 0 {
-        return (c[0], DVec4::ZERO);
-    }
-    for r in (2..=n).rev() {
-        for i in 0..r {
-            c[i] = c[i] + (c[i + 1] - c[i]) * t;
-        }
-    }
-    let d = c[1] - c[0];
-    (c[0] + d * t, d * n as f64)
+fn between(a: DVec4, b: DVec4, t: f64) -> DVec4 {
+    a + (b - a) * t
 }
 
-/// Value of the Bézier curve with control points `c` (overwritten) at `t`.
-pub(crate) fn curve_point(c: &mut [DVec4], t: f64) -> DVec4 {
-    for r in (1..c.len()).rev() {
-        for i in 0..r {
-            c[i] = c[i] + (c[i + 1] - c[i]) * t;
+/// Value and derivative of the Bézier curve with control points `c` at `t`, by de Casteljau's corner cutting. Lines,
+/// conics and cubics are written out: they are most of what is ever evaluated.
+pub(crate) fn curve_jet(c: &[DVec4], t: f64) -> (DVec4, DVec4) {
+    let (a, b) = match *c {
+        [] => return (DVec4::ZERO, DVec4::ZERO),
+        [a] => return (a, DVec4::ZERO),
+        [a, b] => (a, b),
+        [a, b, c] => (between(a, b, t), between(b, c, t)),
+        [a, b, c, d] => {
+            let m = between(b, c, t);
+            (between(between(a, b, t), m, t), between(m, between(c, d, t), t))
         }
-    }
-    c[0]
+        _ => {
+            let mut row: Row = c.iter().copied().collect();
+            for r in (2..row.len()).rev() {
+                for i in 0..r {
+                    row[i] = between(row[i], row[i + 1], t);
+                }
+            }
+            (row[0], row[1])
+        }
+    };
+    let d = b - a;
+    (a + d * t, d * (c.len() - 1) as f64)
+}
+
+/// Value of the Bézier curve with control points `c` at `t`.
+pub(crate) fn curve_point(c: &[DVec4], t: f64) -> DVec4 {
+    curve_jet(c, t).0
 }
