@@ -102,8 +102,8 @@ impl SurfaceCurve {
                 // F = 0 is a graph over the segment's independent parameter, which runs linearly.
                 let [_, fu, fv] = form.gradient(l.x, l.y);
                 let d = match c.segments[segment].axis {
-                    zero_set::Axis::U => DVec2::new(b.x - a.x, -fu / fv * (b.x - a.x)),
-                    zero_set::Axis::V => DVec2::new(-fv / fu * (b.y - a.y), b.y - a.y),
+                    zero_set::Variable::U => DVec2::new(b.x - a.x, -fu / fv * (b.x - a.x)),
+                    zero_set::Variable::V => DVec2::new(-fv / fu * (b.y - a.y), b.y - a.y),
                 };
                 let j = g.view.patches()[c.patch].jet(l.x, l.y);
                 (j.p, j.du * d.x + j.dv * d.y)
@@ -126,8 +126,8 @@ impl SurfaceCurve {
         // The independent parameter is a floating-point number, and its steps are seen as often as the graph is steep.
         let segment = &c.segments[(t.max(0.0) as usize).min(c.segment_count() - 1)];
         let steep = match segment.axis {
-            zero_set::Axis::U => fu / fv,
-            zero_set::Axis::V => fv / fu,
+            zero_set::Variable::U => fu / fv,
+            zero_set::Variable::V => fv / fu,
         };
         let shift = shift + (f64::EPSILON * steep.abs()).min(1.0);
         let j = g.view.patches()[c.patch].jet(l.x, l.y);

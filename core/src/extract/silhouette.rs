@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use super::facing::{Facing, FacingForm, LineForm, coordinate_rounding};
-use super::zero_set::{Arc, Axis, Rect, ZeroEnd, zero_set};
+use super::zero_set::{Arc, Rect, Variable, ZeroEnd, zero_set};
 use crate::view::Patch;
 
 /// How finely silhouettes are divided into segments. Topology and position do not depend on it.
@@ -44,7 +44,7 @@ pub enum CurveEnd {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// The independent parameter.
-    pub axis: Axis,
+    pub axis: Variable,
     /// Range of the other parameter, in which F has exactly one zero for each value of the independent one.
     pub bracket: [f64; 2],
     /// Whether F grows with the other parameter.
@@ -229,10 +229,10 @@ fn walk(form: &FacingForm, segment: &Segment, a: DVec2, b: DVec2, fraction: f64)
     let guess = a + (b - a) * fraction;
     let Some(polynomial) = &form.polynomial else { return (guess, 0) };
     let (x, mut y) = match segment.axis {
-        Axis::U => (guess.x, guess.y),
-        Axis::V => (guess.y, guess.x),
+        Variable::U => (guess.x, guess.y),
+        Variable::V => (guess.y, guess.x),
     };
-    let line = LineForm::new(polynomial, segment.axis == Axis::U, x);
+    let line = LineForm::new(polynomial, segment.axis == Variable::U, x);
     let [mut lo, mut hi] = segment.bracket;
     y = y.clamp(lo, hi);
     let (mut before, mut last) = (hi - lo, hi - lo);
@@ -260,7 +260,7 @@ fn walk(form: &FacingForm, segment: &Segment, a: DVec2, b: DVec2, fraction: f64)
             break;
         }
     }
-    (if segment.axis == Axis::U { DVec2::new(x, y) } else { DVec2::new(y, x) }, steps)
+    (if segment.axis == Variable::U { DVec2::new(x, y) } else { DVec2::new(y, x) }, steps)
 }
 
 /// A vertex with what refinement asks of it.
@@ -307,7 +307,7 @@ impl Tracer<'_> {
             path.nodes.push(self.node(first.start));
         }
         for arc in arcs {
-            let bracket = if arc.axis == Axis::U { arc.cell.v } else { arc.cell.u };
+            let bracket = if arc.axis == Variable::U { arc.cell.v } else { arc.cell.u };
             let segment = Segment { axis: arc.axis, bracket, rising: arc.rising };
             let Some(&start) = path.nodes.last() else { continue };
             let end = self.node(arc.end);

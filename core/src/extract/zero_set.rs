@@ -57,7 +57,7 @@ const GATHERED_CELLS: usize = 64;
 
 /// One of the two variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum Variable {
     /// The first variable.
     U,
     /// The second variable.
@@ -97,7 +97,7 @@ pub type Undecided = Rect;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
     /// The independent variable: the arc has exactly one point for each of its values between the ends.
-    pub axis: Axis,
+    pub axis: Variable,
     /// The cell; the arc stays inside, and on each line of constant independent variable between the arc's ends F has
     /// no other zero in it.
     pub cell: Rect,
@@ -262,7 +262,8 @@ impl<'a> Search<'a> {
     }
 
     fn run(&mut self) {
-        let sides = [(Axis::U, 0.0), (Axis::U, 1.0), (Axis::V, 0.0), (Axis::V, 1.0)].map(|(a, x)| self.line(a, x));
+        let sides = [(Variable::U, 0.0), (Variable::U, 1.0), (Variable::V, 0.0), (Variable::V, 1.0)]
+            .map(|(a, x)| self.line(a, x));
         let mut queue = VecDeque::new();
         let rect = Rect { u: [0.0, 1.0], v: [0.0, 1.0] };
         queue.push_back(Cell { f: self.f.clone(), rect, depth: 0, sides });
@@ -290,11 +291,15 @@ impl<'a> Search<'a> {
         if one_sign(lo, hi, self.rounding) && !self.any_side_root(cell) {
             return true;
         }
-        let (by_u, by_v) = (slope(&cell.f, Axis::U, self.rounding), slope(&cell.f, Axis::V, self.rounding));
+        let (by_u, by_v) = (slope(&cell.f, Variable::U, self.rounding), slope(&cell.f, Variable::V, self.rounding));
         // Prefer the flatter graph: the dependent variable is the one in which F changes faster.
         let weight = |s: &Option<f64>, w: [f64; 2]| s.map_or(0.0, |s| s.abs() / (w[1] - w[0]));
         let over_u = weight(&by_v, cell.rect.v) >= weight(&by_u, cell.rect.u);
-        let order = if over_u { [(Axis::U, by_v), (Axis::V, by_u)] } else { [(Axis::V, by_u), (Axis::U, by_v)] };
+        let order = if over_u {
+            [(Variable::U, by_v), (Variable::V, by_u)]
+        } else {
+            [(Variable::V, by_u), (Variable::U, by_v)]
+        };
         let rising = order.map(|(_, s)| s.map(|s| s > 0.0));
         (0..2).any(|k| rising[k].is_some_and(|r| self.trace(cell, order[k].0, r, rising[1 - k])))
     }
@@ -310,14 +315,14 @@ impl<'a> Search<'a> {
     /// Records the arcs of a cell in which the zero set is a graph over `axis`, F rising or falling with the other
     /// variable; `with_axis` says the same of `axis` itself, if it is known. False, and nothing recorded, if the zeros on
     /// the sides contradict that (which only rounding can do).
-    fn trace(&mut self, cell: &Cell, axis: Axis, rising: bool, with_axis: Option<bool>) -> bool {
+    fn trace(&mut self, cell: &Cell, axis: Variable, rising: bool, with_axis: Option<bool>) -> bool {
         let (x, y) = match axis {
-            Axis::U => (cell.rect.u, cell.rect.v),
-            Axis::V => (cell.rect.v, cell.rect.u),
+            Variable::U => (cell.rect.u, cell.rect.v),
+            Variable::V => (cell.rect.v, cell.rect.u),
         };
         let [first, last, low, high] = match axis {
-            Axis::U => cell.sides,
-            Axis::V => [cell.sides[2], cell.sides[3], cell.sides[0], cell.sides[1]],
+            Variable::U => cell.sides,
+            Variable::V => [cell.sides[2], cell.sides[3], cell.sides[0], cell.sides[1]],
         };
         let (low, high) = (&self.lines[low], &self.lines[high]);
         let (mut i, i_end) = low.range(x[0], x[1]);
@@ -368,7 +373,7 @@ impl<'a> Search<'a> {
             Err(Contradiction) => return false,
         }
         // Along increasing u the side of larger v is on the left, along increasing v the side of smaller u.
-        let forward = rising == (axis == Axis::U);
+        let forward = rising == (axis == Variable::U);
         for (a, b) in pairs {
             let (from, to) = if forward { (a, b) } else { (b, a) };
             let (start, end) = (self.vertices[from].point, self.vertices[to].point);
@@ -376,8 +381,8 @@ impl<'a> Search<'a> {
             // would be so steep that the steps between floating-point numbers show.
             let spans = (end - start).abs();
             let (steep, other) = match axis {
-                Axis::U => (spans.y > spans.x, Axis::V),
-                Axis::V => (spans.x > spans.y, Axis::U),
+                Variable::U => (spans.y > spans.x, Variable::V),
+                Variable::V => (spans.x > spans.y, Variable::U),
             };
             let (axis, rising) = match with_axis {
                 Some(r) if steep => (other, r),
@@ -407,7 +412,7 @@ impl<'a> Search<'a> {
     fn cut(&mut self, cell: Cell) -> (Cell, Cell) {
         let Rect { u, v } = cell.rect;
         let cut_u = u[1] - u[0] >= v[1] - v[0];
-        let (axis, along, across) = if cut_u { (Axis::U, u, v) } else { (Axis::V, v, u) };
+        let (axis, along, across) = if cut_u { (Variable::U, u, v) } else { (Variable::V, v, u) };
         let met = if cut_u { [cell.sides[2], cell.sides[3]] } else { [cell.sides[0], cell.sides[1]] };
         let (width, height) = (along[1] - along[0], across[1] - across[0]);
         let mut chosen = None;
@@ -440,8 +445,8 @@ impl<'a> Search<'a> {
     }
 
     /// The line on which `axis` has the value `x`, its sign changes computed at the first request.
-    fn line(&mut self, axis: Axis, x: f64) -> usize {
-        let key = (axis == Axis::V, x.to_bits());
+    fn line(&mut self, axis: Variable, x: f64) -> usize {
+        let key = (axis == Variable::V, x.to_bits());
         if let Some(&k) = self.index.get(&key) {
             return k;
         }
@@ -453,13 +458,13 @@ impl<'a> Search<'a> {
             None
         };
         let (p, corners) = match axis {
-            Axis::U => (self.f.restricted_u(x), side.map_or([None; 2], |a: usize| self.corner[a])),
-            Axis::V => (self.f.restricted_v(x), side.map_or([None; 2], |b: usize| self.corner.map(|c| c[b]))),
+            Variable::U => (self.f.restricted_u(x), side.map_or([None; 2], |a: usize| self.corner[a])),
+            Variable::V => (self.f.restricted_v(x), side.map_or([None; 2], |b: usize| self.corner.map(|c| c[b]))),
         };
         let (changes, first_positive) = sign_changes(&p, [corners[0].is_some(), corners[1].is_some()]);
         let mut roots = Vec::with_capacity(changes.len());
         for at in changes {
-            let point = if axis == Axis::U { DVec2::new(x, at) } else { DVec2::new(at, x) };
+            let point = if axis == Variable::U { DVec2::new(x, at) } else { DVec2::new(at, x) };
             roots.push(LineRoot { at, vertex: self.vertices.len() });
             self.vertices.push(Vertex { point, border: side.is_some() });
         }
@@ -544,7 +549,7 @@ fn gathered(mut cells: Vec<Undecided>) -> Vec<Undecided> {
 
 /// Mean derivative of `f` by `axis` (per width of the cell) if its coefficients have one sign, those within the
 /// rounding of a difference left out; none if they have both, or all are rounding.
-fn slope(f: &Bivariate, axis: Axis, rounding: f64) -> Option<f64> {
+fn slope(f: &Bivariate, axis: Variable, rounding: f64) -> Option<f64> {
     let w = f.degree_v() + 1;
     let c = f.coefficients();
     let (mut lo, mut hi, mut sum, mut n) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0_usize);
@@ -555,11 +560,11 @@ fn slope(f: &Bivariate, axis: Axis, rounding: f64) -> Option<f64> {
         n += 1;
     };
     match axis {
-        Axis::U => c.iter().zip(&c[w..]).for_each(|(a, b)| put(b - a)),
-        Axis::V => c.chunks_exact(w).for_each(|row| row.windows(2).for_each(|d| put(d[1] - d[0]))),
+        Variable::U => c.iter().zip(&c[w..]).for_each(|(a, b)| put(b - a)),
+        Variable::V => c.chunks_exact(w).for_each(|row| row.windows(2).for_each(|d| put(d[1] - d[0]))),
     }
     let zero = 2.0 * rounding;
-    let degree = if axis == Axis::U { f.degree_u() } else { f.degree_v() };
+    let degree = if axis == Variable::U { f.degree_u() } else { f.degree_v() };
     (n > 0 && one_sign(lo, hi, zero)).then(|| sum * degree as f64 / n as f64)
 }
 

@@ -25,10 +25,10 @@ fn noise(f: &Bivariate) -> f64 {
 
 /// The arc's point at a fraction of its independent variable, by bisection.
 fn point(f: &Bivariate, arc: &Arc, t: f64) -> DVec2 {
-    let at = |x: f64, y: f64| if arc.axis == Axis::U { DVec2::new(x, y) } else { DVec2::new(y, x) };
+    let at = |x: f64, y: f64| if arc.axis == Variable::U { DVec2::new(x, y) } else { DVec2::new(y, x) };
     let p = arc.start + (arc.end - arc.start) * t;
-    let x = if arc.axis == Axis::U { p.x } else { p.y };
-    let [mut lo, mut hi] = if arc.axis == Axis::U { arc.cell.v } else { arc.cell.u };
+    let x = if arc.axis == Variable::U { p.x } else { p.y };
+    let [mut lo, mut hi] = if arc.axis == Variable::U { arc.cell.v } else { arc.cell.u };
     for _ in 0..60 {
         let y = 0.5 * (lo + hi);
         let q = at(x, y);
