@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
+use super::PROBES;
 use super::alongside::alongside;
 use super::arc::{Arc, Strip};
 use super::meeting::Meeting;
@@ -37,10 +38,6 @@ pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec
     recurse(first, second, resolution, out, work, (0, before + MOST_SUBDIVISIONS));
     work.undecided += u64::from(work.subdivisions >= before + MOST_SUBDIVISIONS);
 }
-
-/// Fractions of a common interval at which two arcs are compared: more places than the coordinates of two arcs of
-/// ordinary degree can agree at without being the same.
-const PROBES: [f64; 9] = [0.06, 0.17, 0.28, 0.39, 0.5, 0.61, 0.72, 0.83, 0.94];
 
 /// The interval over which two arcs run within `limit` of each other, if they do from an end of one of them to another
 /// end. Analytic curves coincide along all of what they have in common or at isolated points only, so this spares the

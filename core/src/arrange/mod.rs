@@ -26,6 +26,10 @@ use intersect::{Work, meetings};
 use meeting::Meeting;
 use pierce::Sheets;
 
+/// Fractions of an interval at which an arc is compared with another one, or with a surface, to tell whether they
+/// coincide: more places than the coordinates of two arcs of ordinary degree can agree at without being the same.
+const PROBES: [f64; 9] = [0.06, 0.17, 0.28, 0.39, 0.5, 0.61, 0.72, 0.83, 0.94];
+
 /// A part of a curve with one quantitative invisibility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {

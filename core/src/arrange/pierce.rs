@@ -9,9 +9,10 @@ use alloc::vec::Vec;
 
 use glam::{DMat3, DVec3, DVec4};
 
+use super::PROBES;
 use super::arc::Arc;
 use super::grid::Grid;
-use crate::view::{Patch, net_jet};
+use crate::view::{Patch, halve_net, net_jet};
 
 /// A piece of a patch in view space.
 #[derive(Clone, Debug)]
@@ -97,20 +98,8 @@ impl Cell {
 
     /// The halves in u (`axis` 0) or v (1).
     fn halves(&self, axis: usize) -> (Self, Self) {
-        let w = self.degree[1] + 1;
-        let (stride, lines, n) =
-            if axis == 0 { (w, w, self.degree[0]) } else { (1, self.degree[0] + 1, self.degree[1]) };
         let (mut left, mut right) = (self.points.clone(), self.points.clone());
-        for line in 0..lines {
-            let first = if axis == 0 { line } else { line * w };
-            for r in (0..=n).rev() {
-                left[first + (n - r) * stride] = right[first];
-                for i in 0..r {
-                    let (a, b) = (right[first + i * stride], right[first + (i + 1) * stride]);
-                    right[first + i * stride] = (a + b) * 0.5;
-                }
-            }
-        }
+        halve_net(&mut left, &mut right, self.degree[0], self.degree[1], axis == 0);
         (Self::new(self.degree, left), Self::new(self.degree, right))
     }
 
@@ -138,7 +127,6 @@ impl Cell {
 /// Whether the part of the arc over the cell lies within `contact` of it, at all places that are compared: then it runs
 /// in the surface. Without this test the search would halve both until they are flat to the contact distance.
 fn runs_in(arc: &Arc, cell: &Cell, contact: f64) -> bool {
-    const PROBES: [f64; 9] = [0.06, 0.17, 0.28, 0.39, 0.5, 0.61, 0.72, 0.83, 0.94];
     let mut over = 0;
     for x in PROBES {
         match height(arc.jet(x).0, cell) {

@@ -48,29 +48,28 @@ fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64)
     }
     stops.retain(|&x| x == t[0] || (t[0] < x && x < t[1]));
     stops.push(t[1]);
-    let mut params = Vec::new();
-    params.push(t[0]);
-    for w in stops.windows(2) {
-        refine(g, curve, (w[0], curve.point(g, w[0])), (w[1], curve.point(g, w[1])), tolerance, &mut params, 0);
+    let place = |x: f64| (x, curve.point(g, x));
+    let mut places = Vec::new();
+    places.push(place(t[0]));
+    for &stop in &stops[1..] {
+        let from = places[places.len() - 1];
+        refine(g, curve, from, place(stop), tolerance, &mut places, 0);
     }
-    let vertices: Vec<StrokePoint> = params
+    let vertices: Vec<StrokePoint> = places
         .iter()
-        .map(|&x| {
-            let uv = curve.uv(g, x);
-            StrokePoint { screen: curve.point(g, x).truncate(), model: g.view.model_point(curve.surface, uv) }
-        })
+        .map(|&(x, p)| StrokePoint { screen: p.truncate(), model: g.view.model_point(curve.surface, curve.uv(g, x)) })
         .collect();
     thin(&vertices, tolerance)
 }
 
-/// Appends the parameters after `a` up to and including `b` at which the polyline needs vertices.
+/// Appends the places, parameter and position, after `a` up to and including `b` at which the polyline needs vertices.
 fn refine(
     g: &Geometry<'_>,
     c: &SurfaceCurve,
     a: (f64, DVec3),
     b: (f64, DVec3),
     tolerance: f64,
-    out: &mut Vec<f64>,
+    out: &mut Vec<(f64, DVec3)>,
     depth: u32,
 ) {
     const DEEPEST: u32 = 16;
@@ -78,7 +77,7 @@ fn refine(
     let off = |f: f64| from_chord(c.point(g, a.0 + f * (b.0 - a.0)), a.1, b.1);
     // Half the tolerance here, half for the vertices that thinning leaves out.
     if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= 0.5 * tolerance) {
-        out.push(b.0);
+        out.push(b);
         return;
     }
     let t = 0.5 * (a.0 + b.0);

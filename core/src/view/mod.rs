@@ -9,7 +9,7 @@ mod patch;
 mod scene;
 
 pub use camera::{Camera, CameraError};
-pub(crate) use patch::net_jet;
 pub use patch::{Jet, MAX_DEGREE, Patch};
 pub(crate) use patch::{curve_jet, curve_point};
+pub(crate) use patch::{halve_net, net_jet};
 pub use scene::{SurfaceGrid, ViewError, ViewScene};

@@ -109,6 +109,31 @@ pub(crate) fn net_jet(points: &[DVec4], p: usize, q: usize, s: f64, t: f64) -> [
     [h, hu, curve_point(&slopes, s)]
 }
 
+/// Splits the net of bidegree (p, q) at the middle of u or v: `net` becomes the lower half, `upper`, of the same length,
+/// receives the other.
+pub(crate) fn halve_net(net: &mut [DVec4], upper: &mut [DVec4], p: usize, q: usize, along_u: bool) {
+    upper.copy_from_slice(net);
+    let w = q + 1;
+    if along_u {
+        for r in (0..=p).rev() {
+            let done = (p - r) * w;
+            net[done..done + w].copy_from_slice(&upper[..w]);
+            for k in 0..r * w {
+                upper[k] = (upper[k] + upper[k + w]) * 0.5;
+            }
+        }
+    } else {
+        for (row, out) in upper.chunks_exact_mut(w).zip(net.chunks_exact_mut(w)) {
+            for r in (0..w).rev() {
+                out[q - r] = row[0];
+                for k in 0..r {
+                    row[k] = (row[k] + row[k + 1]) * 0.5;
+                }
+            }
+        }
+    }
+}
+
 fn between(a: DVec4, b: DVec4, t: f64) -> DVec4 {
     a + (b - a) * t
 }

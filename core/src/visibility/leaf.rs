@@ -13,7 +13,7 @@
 
 use glam::{DVec2, DVec4};
 
-use crate::view::{MAX_DEGREE, net_jet};
+use crate::view::{MAX_DEGREE, halve_net, net_jet};
 
 /// Most control points of a net.
 pub(super) const MAX_NET: usize = (MAX_DEGREE + 1) * (MAX_DEGREE + 1);
@@ -107,29 +107,7 @@ impl Window {
 
 /// Splits the net at the middle of `axis`: `net` becomes the lower half, `upper` receives the other.
 pub(super) fn halve(net: &mut [DVec4], upper: &mut [DVec4], degrees: Degrees, axis: Axis) {
-    upper.copy_from_slice(net);
-    let w = degrees.q + 1;
-    match axis {
-        Axis::U => {
-            for r in (0..=degrees.p).rev() {
-                let done = (degrees.p - r) * w;
-                net[done..done + w].copy_from_slice(&upper[..w]);
-                for k in 0..r * w {
-                    upper[k] = (upper[k] + upper[k + w]) * 0.5;
-                }
-            }
-        }
-        Axis::V => {
-            for (row, out) in upper.chunks_exact_mut(w).zip(net.chunks_exact_mut(w)) {
-                for r in (0..w).rev() {
-                    out[degrees.q - r] = row[0];
-                    for k in 0..r {
-                        row[k] = (row[k] + row[k + 1]) * 0.5;
-                    }
-                }
-            }
-        }
-    }
+    halve_net(net, upper, degrees.p, degrees.q, axis == Axis::U);
 }
 
 /// Coefficients of f and g of one cell for one sight line.
