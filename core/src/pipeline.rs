@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
-use crate::extract::{CurveSet, Geometry, SurfaceCurve, curves};
+use crate::extract::{CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stroke::{Stroke, chain, flatten};
@@ -62,8 +62,8 @@ pub struct Stats {
     pub facing: FacingStats,
     /// Silhouettes.
     pub silhouette: SilhouetteStats,
-    /// Places where the silhouettes' topology is undecided.
-    pub silhouette_undecided: u64,
+    /// Parts of surfaces where the silhouettes' topology is undecided.
+    pub silhouette_undecided: Vec<UndecidedPart>,
     /// Splitting.
     pub arrange: ArrangeStats,
     /// Visibility.
@@ -126,7 +126,7 @@ impl Prepared {
             surfaces: view.surfaces().len() as u64,
             patches: view.patches().len() as u64,
             facing,
-            silhouette_undecided: traced.undecided.len() as u64,
+            silhouette_undecided: traced.undecided.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             silhouette: traced.stats,
             ..Stats::default()
         };

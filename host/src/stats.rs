@@ -88,7 +88,7 @@ impl Seconds {
 }
 
 /// Extraction of silhouettes.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct SilhouetteStats {
     /// Cells of the subdivision.
     pub cells: u64,
@@ -104,8 +104,25 @@ pub struct SilhouetteStats {
     pub secant_mean: f64,
     /// Secant steps of the longest walk.
     pub secant_max: u64,
-    /// Cells whose topology is undecided.
+    /// Places where the topology is undecided.
     pub undecided: u64,
+    /// Those places.
+    pub undecided_places: Vec<UndecidedSilhouette>,
+}
+
+/// A part of a surface in which it is not known how the silhouette runs.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct UndecidedSilhouette {
+    /// Index of the surface in the model.
+    pub surface: usize,
+    /// Range of the surface's parameter u.
+    pub u: [f64; 2],
+    /// Range of the surface's parameter v.
+    pub v: [f64; 2],
+    /// The middle of the part, in model space.
+    pub at: [f64; 3],
+    /// Diagonal of the part's box, model units.
+    pub size: f64,
 }
 
 /// Splitting.
@@ -172,6 +189,13 @@ impl Stats {
     pub fn new(core: &pipeline::Stats, seconds: Seconds, drawing: &Drawing, device: &Device) -> Self {
         let (silhouette, arrange, visibility) = (&core.silhouette, &core.arrange, &core.visibility);
         let (strokes, estimate_s) = measure(drawing, device);
+        let undecided_places = core.silhouette_undecided.iter().map(|part| UndecidedSilhouette {
+            surface: part.surface,
+            u: part.u,
+            v: part.v,
+            at: part.at.into(),
+            size: part.size,
+        });
         let undecided = visibility.undecided.iter().map(|place| Undecided { at: place.at.into(), why: place.why });
         Self {
             model: ModelStats { surfaces: core.surfaces, patches: core.patches, trims: 0 },
@@ -184,7 +208,8 @@ impl Stats {
                 cusps: silhouette.cusps as u64,
                 secant_mean: silhouette.steps as f64 / silhouette.walks.max(1) as f64,
                 secant_max: silhouette.steps_max as u64,
-                undecided: core.silhouette_undecided,
+                undecided: core.silhouette_undecided.len() as u64,
+                undecided_places: undecided_places.collect(),
             },
             arrange: ArrangeStats {
                 curves: arrange.curves,
@@ -214,6 +239,19 @@ impl Stats {
         self.silhouette.undecided + self.visibility.undecided.len() as u64
     }
 
+    /// A line of warning for each stage that left places undecided, with the first few of them.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let silhouettes = self.silhouette.undecided_places.iter();
+        let silhouettes = silhouettes.map(|p| (p.at, format!("surface {}, {} wide", p.surface, short(p.size))));
+        let sights = self.visibility.undecided.iter().map(|p| (p.at, p.why.to_owned()));
+        [("the course of silhouettes", silhouettes.collect()), ("visibility", sights.collect::<Vec<_>>())]
+            .into_iter()
+            .filter(|(_, places)| !places.is_empty())
+            .map(|(what, places)| warning(what, &places))
+            .collect()
+    }
+
     /// The stats JSON.
     ///
     /// # Errors
@@ -221,6 +259,25 @@ impl Stats {
     pub fn json(&self) -> Result<String, serde_json::Error> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
+}
+
+/// What is undecided at places in model space, and what is known of the first of them.
+fn warning(what: &str, places: &[([f64; 3], String)]) -> String {
+    const SHOWN: usize = 3;
+    let place = |(at, about): &([f64; 3], String)| format!("({}) ({about})", at.map(short).join(", "));
+    let shown: Vec<_> = places.iter().take(SHOWN).map(place).collect();
+    let count = match places.len() {
+        1 => "1 place".to_owned(),
+        n => format!("{n} places"),
+    };
+    let rest = if places.len() > SHOWN { ", …" } else { "" };
+    format!("{what} is undecided at {count}: {}{rest}", shown.join(", "))
+}
+
+/// A number to four significant digits, without an exponent where it is of everyday size.
+fn short(x: f64) -> String {
+    let digits = format!("{x:.3e}");
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { digits.parse::<f64>().unwrap_or(x).to_string() } else { digits }
 }
 
 /// The strokes of a drawing, and the seconds that `device` takes for them.
@@ -285,7 +342,10 @@ fn peak_bytes() -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+    use penvis_core::extract::UndecidedPart;
     use penvis_core::stroke::CurveKind::{Boundary, Iso};
+    use penvis_core::visibility::UndecidedPlace;
 
     use super::*;
     use crate::device::find;
@@ -327,6 +387,27 @@ mod tests {
     }
 
     #[test]
+    fn warnings_tell_silhouettes_from_visibility_and_show_the_first_places() {
+        let device = find("penvis").unwrap();
+        let mut core = pipeline::Stats::default();
+        let stats = |core: &pipeline::Stats| Stats::new(core, Seconds::default(), &two_squares_and_a_line(), &device);
+        assert!(stats(&core).warnings().is_empty());
+        let at = DVec3::new(1.0, -0.25, 1e-7);
+        let part = UndecidedPart { surface: 7, u: [0.0, 0.5], v: [0.25, 1.0], at, size: 3e-9, screen_size: 2e-9 };
+        core.silhouette_undecided = vec![part; 5];
+        core.visibility.undecided = vec![UndecidedPlace { at: DVec3::ZERO, why: "a reason" }];
+        let stats = stats(&core);
+        let place = "(1, -0.25, 1.000e-7) (surface 7, 3.000e-9 wide)";
+        let first = format!("the course of silhouettes is undecided at 5 places: {place}, {place}, {place}, …");
+        assert_eq!(stats.warnings(), [first, "visibility is undecided at 1 place: (0, 0, 0) (a reason)".to_owned()]);
+        assert_eq!((stats.undecided(), stats.silhouette.undecided), (6, 5));
+        let json: serde_json::Value = serde_json::from_str(&stats.json().unwrap()).unwrap();
+        let listed = &json["silhouette"]["undecided_places"][4];
+        let expected = r#"{"surface":7,"u":[0.0,0.5],"v":[0.25,1.0],"at":[1.0,-0.25,1e-7],"size":3e-9}"#;
+        assert_eq!(*listed, serde_json::from_str::<serde_json::Value>(expected).unwrap());
+    }
+
+    #[test]
     fn the_fields_are_those_of_the_format() {
         let stats = Stats::new(
             &pipeline::Stats::default(),
@@ -343,7 +424,10 @@ mod tests {
         assert_eq!(keys(""), "arrange estimate_s model peak_bytes seconds silhouette strokes visibility");
         assert_eq!(keys("/model"), "patches surfaces trims");
         assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");
-        assert_eq!(keys("/silhouette"), "cells components cusps depth_max loops secant_max secant_mean undecided");
+        assert_eq!(
+            keys("/silhouette"),
+            "cells components cusps depth_max loops secant_max secant_mean undecided undecided_places"
+        );
         assert_eq!(keys("/arrange"), "crossings curves newton overlaps pairs_near pieces subdivisions");
         assert_eq!(keys("/visibility"), "disagreements propagated rays_active rays_passive undecided");
         assert_eq!(keys("/strokes"), "count ink_mm lifts points travel_mm");

@@ -39,8 +39,8 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     drop(progress);
 
     eprintln!("{}", summary(&computed.drawing.name, &stats));
-    if stats.undecided() > 0 {
-        eprintln!("warning: visibility is undecided at {} places; --stats FILE.json lists them", stats.undecided());
+    for warning in stats.warnings() {
+        eprintln!("warning: {warning}; --stats FILE.json lists all");
     }
     Ok(())
 }

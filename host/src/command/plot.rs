@@ -280,8 +280,8 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let text = made.map_err(|source| Error::Emit { path: PathBuf::from(&name), source })?;
     let stats = Stats::new(&stats, seconds, &drawing, device);
     eprintln!("{}", summary(&name, &stats));
-    if stats.undecided() > 0 {
-        eprintln!("warning: visibility is undecided at {} places", stats.undecided());
+    for warning in stats.warnings() {
+        eprintln!("warning: {warning}");
     }
     Ok(Job { name, bytes: text.into_bytes(), page: Some(options.page) })
 }
