@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use glam::DVec2;
 
 use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
+use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
 use crate::extract::{CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
@@ -60,8 +61,10 @@ pub struct Stats {
     pub patches: u64,
     /// Which patches can have silhouettes.
     pub facing: FacingStats,
-    /// Silhouettes.
+    /// Silhouettes, patch by patch.
     pub silhouette: SilhouetteStats,
+    /// Silhouettes of the scene, chained over patches and surfaces.
+    pub chains: ChainStats,
     /// Parts of surfaces where the silhouettes' topology is undecided.
     pub silhouette_undecided: Vec<UndecidedPart>,
     /// Splitting.
@@ -98,6 +101,7 @@ pub struct Prepared {
     stitching: Stitching,
     forms: Vec<FacingForm>,
     curves: Vec<SurfaceCurve>,
+    chains: SilhouetteChains,
     arcs: Arcs,
     options: DrawOptions,
     stats: Stats,
@@ -121,6 +125,8 @@ impl Prepared {
         let traced = silhouettes(view.patches(), &forms, trace);
         let g = Geometry { view: &view, forms: &forms };
         let curves = curves(&g, &stitching, &traced, options.curves, options.isos, options.smooth_angle);
+        let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
+        let chains = silhouette_chains(&g, &stitching, &curves, chaining);
         let arcs = Arcs::new(&curves, &g, FIT * size);
         let stats = Stats {
             surfaces: view.surfaces().len() as u64,
@@ -128,9 +134,10 @@ impl Prepared {
             facing,
             silhouette_undecided: traced.undecided.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             silhouette: traced.stats,
+            chains: chains.stats,
             ..Stats::default()
         };
-        Ok(Self { view, stitching, forms, curves, arcs, options: *options, stats })
+        Ok(Self { view, stitching, forms, curves, chains, arcs, options: *options, stats })
     }
 
     /// Lower left and upper right corner of the picture on the screen.
@@ -149,6 +156,12 @@ impl Prepared {
     #[must_use]
     pub fn curves(&self) -> &[SurfaceCurve] {
         &self.curves
+    }
+
+    /// The silhouettes among the [`curves`](Self::curves), chained over patches and surfaces.
+    #[must_use]
+    pub fn silhouette_chains(&self) -> &SilhouetteChains {
+        &self.chains
     }
 
     /// Splits and decides visibility: every inked curve in parts of one quantitative invisibility each, hidden ones too.

@@ -94,9 +94,9 @@ pub struct SilhouetteStats {
     pub cells: u64,
     /// Deepest of them.
     pub depth_max: u64,
-    /// Connected silhouettes on patches.
+    /// Connected silhouettes of the scene, over patches and surfaces.
     pub components: u64,
-    /// Those of them that are closed inside a patch.
+    /// Closed ones among them.
     pub loops: u64,
     /// Cusps.
     pub cusps: u64,
@@ -203,9 +203,9 @@ impl Stats {
             silhouette: SilhouetteStats {
                 cells: silhouette.cells as u64,
                 depth_max: silhouette.depth_max.into(),
-                components: silhouette.components as u64,
-                loops: silhouette.loops as u64,
-                cusps: silhouette.cusps as u64,
+                components: core.chains.components as u64,
+                loops: core.chains.loops as u64,
+                cusps: core.chains.cusps as u64,
                 secant_mean: silhouette.steps as f64 / silhouette.walks.max(1) as f64,
                 secant_max: silhouette.steps_max as u64,
                 undecided: core.silhouette_undecided.len() as u64,

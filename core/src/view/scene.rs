@@ -135,6 +135,12 @@ impl ViewScene {
         &self.patches
     }
 
+    /// One patch, by its index in [`patches`](Self::patches), in model space.
+    #[must_use]
+    pub fn model_patch(&self, index: usize) -> &Patch {
+        &self.model[index]
+    }
+
     /// Patch layout of every surface.
     #[must_use]
     pub fn surfaces(&self) -> &[SurfaceGrid] {
