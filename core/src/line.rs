@@ -128,23 +128,40 @@ impl Line {
     /// of a span are not told apart.
     #[must_use]
     pub fn nearest(&self, p: DVec3) -> (f64, f64) {
-        const SAMPLES: usize = 16;
-        let mut best = (self.domain()[0], f64::INFINITY);
+        let [a, b] = self.domain();
+        let mut best = (a, f64::INFINITY);
         for span in &self.spans {
             let w = span.t[1] - span.t[0];
             for k in 0..=SAMPLES {
-                let t = span.t[0] + w * k as f64 / SAMPLES as f64;
+                let t = span.t[0] + w * f64::from(k) / f64::from(SAMPLES);
                 let d = (self.point(t) - p).length_squared();
                 if d < best.1 {
                     best = (t, d);
                 }
             }
         }
+        let found = self.nearest_beside(p, best.0);
+        // The ends of a closed line are one point, and the nearest may be beside the other one.
+        let beyond = if best.0 == a {
+            self.nearest_beside(p, b)
+        } else if best.0 == b {
+            self.nearest_beside(p, a)
+        } else {
+            found
+        };
+        if beyond.1 < found.1 { beyond } else { found }
+    }
+
+    /// Nearest point to `p` within a sample's distance of the parameter `from`: parameter and distance, the latter no
+    /// larger than at `from`.
+    fn nearest_beside(&self, p: DVec3, from: f64) -> (f64, f64) {
         let [a, b] = self.domain();
-        let span = &self.spans[self.span_at(best.0)];
-        let step = (span.t[1] - span.t[0]) / SAMPLES as f64;
-        let (lo, hi) = ((best.0 - step).max(a), (best.0 + step).min(b));
-        let mut t = best.0;
+        // At a knot the samples are not equally far on both sides.
+        let step = |span: &LineSpan| (span.t[1] - span.t[0]) / f64::from(SAMPLES);
+        let below = self.spans.partition_point(|s| s.t[0] < from).saturating_sub(1);
+        let lo = (from - step(&self.spans[below])).max(a);
+        let hi = (from + step(&self.spans[self.span_at(from)])).min(b);
+        let mut t = from;
         for _ in 0..30 {
             let (q, d) = self.jet(t);
             let slope = d.length_squared();
@@ -159,10 +176,14 @@ impl Line {
                 break;
             }
         }
-        let d = (self.point(t) - p).length();
-        if d * d <= best.1 { (t, d) } else { (best.0, libm::sqrt(best.1)) }
+        let distance = |t: f64| (self.point(t) - p).length();
+        let (d, before) = (distance(t), distance(from));
+        if d <= before { (t, d) } else { (from, before) }
     }
 }
+
+/// Places a span at which a search for the nearest point begins.
+const SAMPLES: u32 = 16;
 
 #[cfg(test)]
 mod tests {
@@ -209,6 +230,31 @@ mod tests {
             let (t, d) = line.nearest(direction * 5.0);
             assert!((line.point(t) - direction * 4.0).length() < 1e-7, "{angle}");
             assert!((d - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_circle_may_be_on_either_side_of_its_seam() {
+        let view = view();
+        let line = Line::new(&view, 0, Axis::V, 0.0, false);
+        let [a, b] = line.domain();
+        for offset in [1e-9, 1e-5, 1e-3, 0.25 / 32.0, 0.0078] {
+            for t in [a + offset, b - offset] {
+                let (found, d) = line.nearest(line.point(t));
+                assert!((found - t).abs() < 1e-12 && d < 1e-12, "{t}: {found}, {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_may_be_on_the_longer_side_of_a_knot() {
+        let ring = torus(&Frame::WORLD, 3.0, 1.0).unwrap().insert_knot_u(0.26, 1).unwrap();
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface: ring }] };
+        let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap();
+        let line = Line::new(&view, 0, Axis::V, 0.0, false);
+        for t in [0.25 - 0.007, 0.25 - 0.001, 0.2501, 0.26 + 0.006] {
+            let (found, d) = line.nearest(line.point(t));
+            assert!((found - t).abs() < 1e-12 && d < 1e-12, "{t}: {found}, {d}");
         }
     }
 }
