@@ -8,7 +8,7 @@ use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
-use crate::extract::{CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
+use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stroke::{Stroke, chain, flatten};
@@ -124,7 +124,13 @@ impl Prepared {
         let trace = SilhouetteOptions { chord: TRACE_CHORD * size, normal_angle: TRACE_ANGLE };
         let traced = silhouettes(view.patches(), &forms, trace);
         let g = Geometry { view: &view, forms: &forms };
-        let curves = curves(&g, &stitching, &traced, options.curves, options.isos, options.smooth_angle);
+        let gather = CurveOptions {
+            wanted: options.curves,
+            isos: options.isos,
+            angle: options.smooth_angle,
+            contact: STITCH * size,
+        };
+        let curves = curves(&g, &stitching, &traced, &gather);
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
         let chains = silhouette_chains(&g, &stitching, &curves, chaining);
         let arcs = Arcs::new(&curves, &g, FIT * size);

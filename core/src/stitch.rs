@@ -77,8 +77,9 @@ pub struct Stitching {
 const PROBES: [f64; 5] = [0.08, 0.29, 0.47, 0.73, 0.94];
 
 impl Stitching {
-    /// Finds coincident boundaries. Cost: one box test a pair of sides, 5 nearest-point searches an interval of each
-    /// pair whose boxes meet.
+    /// Finds coincident boundaries. A join that is smooth on a part of itself only is parted, provided that the part is
+    /// no shorter than a sixteenth of the interval between knots. Cost: one box test a pair of sides, 5 nearest-point
+    /// searches an interval of each pair whose boxes meet, and 16 for each that coincides.
     #[must_use]
     pub fn new(view: &ViewScene, options: &StitchOptions) -> Self {
         let mut sides = Vec::with_capacity(4 * view.surfaces().len());
@@ -201,27 +202,64 @@ fn side_edges(
             PROBES.iter().all(|&f| other.nearest(line.point(at(f))).1 <= options.distance)
         };
         let partners: Vec<usize> = near.iter().copied().filter(coincides).collect();
-        let class = match partners.as_slice() {
-            [] => EdgeClass::Boundary,
+        let classes = match partners.as_slice() {
+            [] => alloc::vec![(EdgeClass::Boundary, [w[0], w[1]])],
             [j] => {
                 let cosine = libm::cos(options.angle);
-                let smooth = PROBES.iter().all(|&f| {
-                    let t = at(f);
+                let class = |t: f64| {
                     let tj = sides[*j].line.nearest(line.point(t)).0;
-                    match (conormal(view, sides, i, t), conormal(view, sides, *j, tj)) {
-                        (Some(n), Some(m)) => n.dot(m) <= -cosine,
-                        _ => false,
-                    }
-                });
-                if smooth { EdgeClass::Smooth } else { EdgeClass::Crease }
+                    let (n, m) = (conormal(view, sides, i, t)?, conormal(view, sides, *j, tj)?);
+                    Some(if n.dot(m) <= -cosine { EdgeClass::Smooth } else { EdgeClass::Crease })
+                };
+                classes(class, [w[0], w[1]], short)
             }
-            _ => EdgeClass::Crease,
+            _ => alloc::vec![(EdgeClass::Crease, [w[0], w[1]])],
         };
-        match edges[first..].last_mut() {
-            Some(last) if last.partners == partners && last.class == class => last.t[1] = w[1],
-            _ => edges.push(Edge { side: i, t: [w[0], w[1]], partners, class }),
+        for (class, t) in classes {
+            match edges[first..].last_mut() {
+                Some(last) if last.partners == partners && last.class == class => last.t[1] = t[1],
+                _ => edges.push(Edge { side: i, t, partners: partners.clone(), class }),
+            }
         }
     }
+}
+
+/// Parts of the interval `t` of a side, one after the other, with the class of each. The class is asked for at the middles
+/// of 16 equal parts, and where it changes the place is bisected until it is `short`. A place without a class, because a
+/// surface has no tangent plane there, is like its neighbours; an interval of such places alone is a crease.
+fn classes(
+    class: impl Fn(f64) -> Option<EdgeClass>,
+    t: [f64; 2],
+    short: impl Fn(f64, f64) -> bool,
+) -> Vec<(EdgeClass, [f64; 2])> {
+    const PLACES: u32 = 16;
+    let mut out: Vec<(EdgeClass, [f64; 2])> = Vec::new();
+    let mut before = t[0];
+    for k in 0..PLACES {
+        let place = t[0] + (t[1] - t[0]) * (f64::from(k) + 0.5) / f64::from(PLACES);
+        let Some(here) = class(place) else { continue };
+        match out.last_mut() {
+            None => out.push((here, t)),
+            Some((last, range)) if *last != here => {
+                let (mut lo, mut hi) = (before, place);
+                while !short(lo, hi) {
+                    let middle = 0.5 * (lo + hi);
+                    if middle <= lo || middle >= hi {
+                        break;
+                    }
+                    if class(middle).is_none_or(|c| c == *last) { lo = middle } else { hi = middle }
+                }
+                range[1] = hi;
+                out.push((here, [hi, t[1]]));
+            }
+            Some(_) => {}
+        }
+        before = place;
+    }
+    if out.is_empty() {
+        out.push((EdgeClass::Crease, t));
+    }
+    out
 }
 
 /// Unit vector in model space that is tangent to the surface, across the side, and points into the surface; `None`
@@ -254,11 +292,12 @@ fn conormal(view: &ViewScene, sides: &[Side], i: usize, t: f64) -> Option<DVec3>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nurbs::Surface;
+    use crate::nurbs::{KnotVector, Surface};
     use crate::scene::{Scene, SceneSurface};
     use crate::shape::{Frame, cylinder, plane, sphere, torus};
     use crate::view::Camera;
     use alloc::vec;
+    use glam::DVec4;
 
     fn stitched(surfaces: Vec<Surface>) -> Stitching {
         let surfaces = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface }).collect();
@@ -326,6 +365,23 @@ mod tests {
         assert_eq!(classes(&stitched(vec![sphere(&Frame::WORLD, 1.0).unwrap()])), [0, 0, 2]);
         assert_eq!(classes(&stitched(vec![torus(&Frame::WORLD, 3.0, 1.0).unwrap()])), [0, 0, 4]);
         assert_eq!(classes(&stitched(vec![cylinder(&Frame::WORLD, 1.0, 2.0).unwrap()])), [2, 0, 2]);
+    }
+
+    #[test]
+    fn a_join_is_a_crease_where_its_angle_is_too_large_and_smooth_elsewhere() {
+        // Beside the level square one whose slope grows from 0 to 0.05: at 0.02 rad the crease begins.
+        let knots = || KnotVector::bezier(1, [0.0, 1.0]).unwrap();
+        let corners = [(1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (2.0, 0.0, 0.0), (2.0, 1.0, 0.05)];
+        let points = corners.map(|(x, y, z)| DVec4::new(x, y, z, 1.0)).into();
+        let twisted = Surface::new(knots(), knots(), points).unwrap();
+        let begin = libm::tan(0.02) / 0.05;
+        for other in [twisted.clone(), twisted.reversed_u(), twisted.reversed_v(), twisted.transposed()] {
+            let s = stitched(vec![square(DVec3::ZERO, DVec3::X, DVec3::Y), other]);
+            assert_eq!(classes(&s), [6, 2, 2]);
+            let owned: Vec<_> = s.edges.iter().filter(|e| e.owner() && e.class != EdgeClass::Boundary).collect();
+            assert_eq!((owned[0].class, owned[1].class), (EdgeClass::Smooth, EdgeClass::Crease));
+            assert!((owned[0].t[1] - begin).abs() < 1e-5 && owned[0].t[1] == owned[1].t[0], "{owned:?}");
+        }
     }
 
     #[test]

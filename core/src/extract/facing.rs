@@ -307,7 +307,7 @@ impl Centred<'_> {
 }
 
 /// F with a bound of the rounding in each coefficient.
-fn form(patch: &Patch) -> (Bivariate, f64) {
+pub(super) fn form(patch: &Patch) -> (Bivariate, f64) {
     let (p, q) = (patch.degree_u, patch.degree_v);
     let polynomial = patch.is_polynomial();
     let (lo, hi) = patch.points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), h| {

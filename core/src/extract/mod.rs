@@ -1,15 +1,18 @@
 //! The curves of a surface that a drawing shows.
 
+mod bend;
 pub mod chain;
 mod collect;
 mod curve;
 pub mod facing;
+mod join;
 mod kind;
+mod on_line;
 pub mod silhouette;
 mod undecided;
 pub mod zero_set;
 
-pub use collect::{CurveSet, curves};
+pub use collect::{CurveOptions, CurveSet, curves};
 pub use curve::{Geometry, Path, SurfaceCurve};
 pub use kind::CurveKind;
 pub use undecided::UndecidedPart;

@@ -122,9 +122,9 @@ fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
 mod tests {
     use super::super::{Certainty, CurveKind};
     use super::*;
-    use crate::extract::CurveSet;
     use crate::extract::facing::facing_of_all;
     use crate::extract::silhouette::Silhouettes;
+    use crate::extract::{CurveOptions, CurveSet};
     use crate::scene::{Scene, SceneSurface};
     use crate::shape::{Frame, sphere};
     use crate::stitch::{StitchOptions, Stitching};
@@ -139,7 +139,8 @@ mod tests {
         let (forms, _) = facing_of_all(view.patches());
         let g = Geometry { view: &view, forms: &forms };
         let stitching = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.01 });
-        let all = crate::extract::curves(&g, &stitching, &Silhouettes::default(), CurveSet::default(), 4, 0.01);
+        let options = CurveOptions { wanted: CurveSet::default(), isos: 4, angle: 0.01, contact: 1e-6 };
+        let all = crate::extract::curves(&g, &stitching, &Silhouettes::default(), &options);
         let isos: Vec<SurfaceCurve> = all.into_iter().filter(|c| c.kind == CurveKind::Iso).collect();
         let sighting = |(k, c): (usize, &SurfaceCurve)| {
             let [a, b] = c.domain;

@@ -1,0 +1,66 @@
+//! How the patches along an isoparametric line face the eye.
+
+use alloc::vec::Vec;
+
+use super::curve::Geometry;
+use super::facing::Facing;
+use crate::line::{Axis, Line};
+
+/// Parameters at which a line meets the silhouette of the patches it runs in: the zeros of their facing polynomials on
+/// it, freed of factors that vanish all along it. Only those in `t`, ends included.
+pub(super) fn facing_zeros(g: &Geometry<'_>, line: &Line, t: [f64; 2]) -> Vec<f64> {
+    let mut out = Vec::new();
+    for s in &line.spans {
+        if s.t[1] <= t[0] || s.t[0] >= t[1] {
+            continue;
+        }
+        let form = &g.forms[s.patch];
+        let (Facing::Mixed, Some(polynomial)) = (form.facing, &form.polynomial) else { continue };
+        let on_line = match line.axis {
+            Axis::U => polynomial.restricted_u(s.local),
+            Axis::V => polynomial.restricted_v(s.local),
+        };
+        // A restriction averages coefficients, so it carries their rounding and a little more of its own; below that
+        // the facing vanishes on the whole line, which then is a silhouette itself and meets none.
+        if on_line.magnitude() <= 4.0 * form.rounding {
+            continue;
+        }
+        out.extend(
+            on_line.roots().iter().map(|r| s.t[0] + r.t * (s.t[1] - s.t[0])).filter(|&x| t[0] <= x && x <= t[1]),
+        );
+    }
+    out
+}
+
+/// On which side of the directed line, on the screen, the patch lies that the line bounds at `t`: 1 left, −1 right, 0 if
+/// it is edge-on. It is the sign of the facing polynomial just inside, that is of its value on the line once factors that
+/// vanish all along the line are divided out; it changes at [`facing_zeros`] and between patches only.
+pub(super) fn lies_left(g: &Geometry<'_>, line: &Line, t: f64) -> i8 {
+    let span = &line.spans[line.span_at(t)];
+    let form = &g.forms[span.patch];
+    let local = (t - span.t[0]) / (span.t[1] - span.t[0]);
+    let front = match form.facing {
+        Facing::EdgeOn => return 0,
+        Facing::Front => true,
+        Facing::Back => false,
+        Facing::Mixed => {
+            let [value, ..] = match line.axis {
+                Axis::U => form.gradient(span.local, local),
+                Axis::V => form.gradient(local, span.local),
+            };
+            value > 0.0
+        }
+    };
+    // Seen from the front, v turns left from u: what lies at larger v is left of a line that runs in u, what lies at
+    // larger u right of one that runs in v.
+    if front == ((line.axis == Axis::V) != line.below) { 1 } else { -1 }
+}
+
+/// Places on a line where it crosses a knot at which its surface is merely continuous.
+pub(super) fn corners(g: &Geometry<'_>, line: &Line) -> Vec<f64> {
+    let grid = &g.view.surfaces()[line.surface];
+    match line.axis {
+        Axis::U => grid.v_corners.clone(),
+        Axis::V => grid.u_corners.clone(),
+    }
+}
