@@ -311,6 +311,57 @@ proptest! {
         prop_assert!((whole - cut).abs() <= 1e-3 * (1.0 + whole), "{whole} and {cut}");
     }
 
+    /// Silhouettes end on free edges and nowhere else: what leaves one patch goes on in the other or along the join.
+    #[test]
+    fn silhouettes_go_on_over_a_join_that_is_smooth_within_the_tolerance(
+        above in proptest::array::uniform4(-0.45..0.45_f64), below in proptest::array::uniform4(-0.45..0.45_f64),
+        tilt in -0.01..0.01_f64, turn in -0.3..0.3_f64, way in 0..7_usize,
+    ) {
+        let row = |x: [f64; 4], z: f64| [0, 1, 2, 3].map(|j| DVec3::new(x[j], j as f64 / 3.0, z));
+        let lean = |a: [f64; 4]| a.map(|a| -0.5 * libm::tan(a * DEGREE));
+        let rows = [row([-1.0; 4], 1.0), row(lean(above), 0.5), row([0.0; 4], 0.0), row(lean(below), -0.5), row([-1.0; 4], -1.0)];
+        let s = sheet(2, 3, 2, rows.concat());
+        let all = found(cut_at_the_join(&s).swap_remove(way), DVec3::new(tilt, turn * tilt, 1.0));
+        let ends: Vec<DVec3> = all.iter().filter(|f| f.kind == CurveKind::Silhouette)
+            .flat_map(|f| [f.points[0], f.points[f.points.len() - 1]]).collect();
+        prop_assert!(!ends.is_empty());
+        for end in &ends {
+            let free = end.y < 1e-9 || end.y > 1.0 - 1e-9 || end.z.abs() > 1.0 - 1e-9;
+            // Parts of the join below the contact, 3e-6, are left out.
+            let met = ends.iter().filter(|p| p.distance(*end) <= 6e-6).count();
+            prop_assert!(free || met % 2 == 0, "{end} of {ends:?}");
+        }
+    }
+
+    /// As above where joins in both directions meet: four patches in a corner, with four tangent planes.
+    #[test]
+    fn silhouettes_go_on_through_corners_that_are_smooth_within_the_tolerance(
+        heights in proptest::collection::vec(-1.0..1.0_f64, 36), noise in proptest::collection::vec(-1e-3..1e-3_f64, 100),
+        low in -0.6..0.6_f64, turn in 0.0..TAU, apart: bool,
+    ) {
+        // Knots of full multiplicity: 10 by 10 control points, which need not be in line over a knot.
+        let mut s = hills(&heights);
+        for k in [1.0 / 3.0, 2.0 / 3.0] {
+            let inner = |knots: &KnotVector| knots.breaks().into_iter().find(|b| (b - k).abs() < 1e-9).unwrap();
+            s = s.insert_knot_u(inner(s.knots_u()), 2).unwrap();
+            s = s.insert_knot_v(inner(s.knots_v()), 2).unwrap();
+        }
+        let points = s.homogeneous().iter().zip(&noise).map(|(p, z)| *p + DVec4::Z * *z).collect();
+        let s = Surface::new(s.knots_u().clone(), s.knots_v().clone(), points).unwrap();
+        let inner = s.knots_u().breaks()[1];
+        let (a, b) = s.split_u(inner).unwrap();
+        let (c, d) = b.split_v(s.knots_v().breaks()[2]).unwrap();
+        let pieces = if apart { vec![a, c.reversed_v(), d.transposed()] } else { vec![s.clone()] };
+        let all = found(pieces, DVec3::new(libm::cos(turn), libm::sin(turn), low));
+        prop_assert!(all.iter().all(|f| f.kind == CurveKind::Silhouette));
+        let ends: Vec<DVec3> = all.iter().flat_map(|f| [f.points[0], f.points[f.points.len() - 1]]).collect();
+        for end in &ends {
+            let free = [end.x, end.y].iter().any(|x| *x < 1e-9 || *x > 5.0 - 1e-9);
+            let met = ends.iter().filter(|p| p.distance(*end) <= 3e-5).count();
+            prop_assert!(free || met % 2 == 0, "{end} of {ends:?}");
+        }
+    }
+
     /// The cut is made just where the silhouette is.
     #[test]
     fn a_cylinder_cut_along_its_silhouettes_keeps_them(at in 0.01..0.99_f64, tilt in -0.8..0.8_f64) {
