@@ -3,8 +3,8 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glam::DVec3;
-use penvis_core::nurbs::Surface;
+use glam::{DVec3, DVec4};
+use penvis_core::nurbs::{KnotVector, Surface};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::{Scene, SceneSurface};
 use penvis_core::shape::{Frame, cone, cylinder, disk, sphere, torus};
@@ -134,6 +134,50 @@ fn silhouettes_end_at_creases_boundaries_and_tips() {
         assert_eq!(counts(vec![tip.clone()], &parallel(eye)), [2, 0, 0], "cone, {eye}");
     }
     assert_eq!(counts(vec![tube, lid], &parallel(DVec3::Z)), [0, 0, 0]);
+}
+
+/// (u, v³ + v (a u² + b u + c), v) on the square of half width 1: seen along z, a fold along 3 v² + a u² + b u + c = 0
+/// with cusps where v = 0.
+fn fold([a, b, c]: [f64; 3]) -> Surface {
+    let [ku, kv] = [2, 3].map(|degree| KnotVector::bezier(degree, [-1.0, 1.0]).expect("a degree"));
+    // Bernstein coefficients over [−1, 1].
+    let (u, uu) = ([-1.0, 0.0, 1.0], [1.0, -1.0, 1.0]);
+    let (v, vvv) = ([-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0], [-1.0, 1.0, -1.0, 1.0]);
+    let points = (0..12).map(|k| {
+        let (i, j) = (k / 4, k % 4);
+        DVec4::new(u[i], vvv[j] + v[j] * (a * uu[i] + b * u[i] + c), v[j], 1.0)
+    });
+    Surface::new(ku, kv, points.collect()).expect("a surface")
+}
+
+fn from_above() -> Camera {
+    Camera::orthographic(DVec3::Z, DVec3::Y).expect("a camera")
+}
+
+#[test]
+fn a_cusp_on_the_border_of_patches_or_near_it_is_one_cusp() {
+    // Whitney's cusp at the origin, with borders through it or beside it, in one direction or both.
+    for near in [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, -1e-12, -1e-9, -1e-6, -1e-3] {
+        let whole = fold([0.0, 1.0, 0.0]);
+        let pair = |(a, b): (Surface, Surface)| vec![a, b];
+        let by_u = pair(whole.split_u(near).expect("a place inside"));
+        let by_v = pair(whole.split_v(near).expect("a place inside"));
+        let by_both = by_u.iter().flat_map(|s| pair(s.split_v(-near).expect("a place inside"))).collect();
+        let knots = whole.insert_knot_u(near, 2).and_then(|s| s.insert_knot_v(near, 3)).expect("knots inside");
+        for (way, cut) in [by_u, by_v, by_both, vec![knots]].into_iter().enumerate() {
+            assert_eq!(counts(cut, &from_above()), [1, 0, 1], "{near} way {way}");
+        }
+    }
+}
+
+#[test]
+fn pairs_of_cusps_are_found_however_near() {
+    for e in [0.3, 1e-2, 1e-3, 1e-4, 1e-5] {
+        assert_eq!(counts(vec![fold([1.0, 0.0, -e * e])], &from_above()), [1, 1, 2], "lips, {e}");
+        assert_eq!(counts(vec![fold([-1.0, 0.0, e * e])], &from_above()), [2, 0, 2], "beaks apart, {e}");
+        assert_eq!(counts(vec![fold([-1.0, 0.0, -e * e])], &from_above()), [2, 0, 0], "beaks joined, {e}");
+        assert_eq!(counts(vec![fold([1.0, 0.0, e * e])], &from_above()), [0, 0, 0], "no lips, {e}");
+    }
 }
 
 proptest! {

@@ -257,6 +257,25 @@ impl Bivariate {
         (Self { coef: left, ..*self }, Self { coef: right, ..*self })
     }
 
+    /// The part over the rectangle `u` × `v` of the unit square, written on the unit square again.
+    #[must_use]
+    pub fn restricted(&self, u: [f64; 2], v: [f64; 2]) -> Self {
+        let mut out = self.clone();
+        if u[1] < 1.0 {
+            out = out.split_u(u[1]).0;
+        }
+        if u[0] > 0.0 {
+            out = out.split_u(u[0] / u[1]).1;
+        }
+        if v[1] < 1.0 {
+            out = out.split_v(v[1]).0;
+        }
+        if v[0] > 0.0 {
+            out = out.split_v(v[0] / v[1]).1;
+        }
+        out
+    }
+
     /// u and v exchanged.
     #[must_use]
     pub fn transposed(&self) -> Self {

@@ -90,8 +90,9 @@ pub fn silhouette_chains(
         let [a, b] = p.ends;
         if partner[a].is_none() && partner[b].is_none() {
             (partner[a], partner[b]) = (Some(b), Some(a));
-            // Straight on in space and back on the screen.
-            cusps += usize::from(ends[a].on_screen.dot(ends[b].on_screen) > 0.0);
+            // Straight on in space and back on the screen; inside a patch the cusp is known for one.
+            let turns_back = ends[a].on_screen.dot(ends[b].on_screen) > 0.0;
+            cusps += usize::from(turns_back || ([a, b].iter().all(|&k| ends[k].kind == CurveEnd::Cusp)));
         }
     }
     let chains = follow(&ends, &partner, &which);
@@ -99,10 +100,13 @@ pub fn silhouette_chains(
     SilhouetteChains { chains, stats }
 }
 
-/// How far along its first or last segment the direction of a curve is taken: derivatives vanish or are lost in
-/// rounding at poles and, on the screen, at cusps. A chord over this fraction h of a segment that turns by no more than
-/// a radian is off by h radians at most.
+/// How far along its first or last segment the direction of a curve is taken where its derivative vanishes. A chord over
+/// this fraction h of a segment that turns by no more than a radian is off by h radians at most.
 const STEP: f64 = 1.0 / 1024.0;
+
+/// A derivative this much shorter than what it is compared with is rounding: some thousand units of roundoff. A cusp
+/// farther than this from an end leaves the end a direction on the screen.
+const VANISHED: f64 = 1e-12;
 
 /// How far inside a patch, in local parameters, its normal is taken where it vanishes on the border.
 const INSIDE: f64 = 1.0 / 16384.0;
@@ -119,8 +123,8 @@ struct End {
     on_screen: DVec2,
     /// Unit normal in model space.
     normal: Option<DVec3>,
-    /// Undecided places join nothing.
-    joins: bool,
+    /// How the curve ends here; a line ends on the border of a patch.
+    kind: CurveEnd,
     /// A point of the curve halfway to its other end.
     middle: DVec3,
     /// Edges of the patch (u = 0, u = 1, v = 0, v = 1) on which the end lies and which are not poles.
@@ -131,21 +135,27 @@ impl End {
     fn new(g: &Geometry<'_>, curve: &SurfaceCurve, sheet: &[usize], last: bool) -> Self {
         let [a, b] = curve.domain;
         let (t, inward) = if last { (b, -1.0) } else { (a, 1.0) };
-        let (patch, local, step, joins) = match &curve.path {
+        let (patch, local, step, kind) = match &curve.path {
             Path::Traced(c) => {
                 let local = c.local_at(&g.forms[c.patch], t);
-                (c.patch, local, 1.0, c.ends[usize::from(last)] != CurveEnd::Undecided)
+                (c.patch, local, 1.0, c.ends[usize::from(last)])
             }
             Path::Line(line) => {
                 let spans = &line.spans;
                 let k =
                     if last { spans.partition_point(|s| s.t[0] < t) } else { spans.partition_point(|s| s.t[0] <= t) };
                 let span = &spans[k.saturating_sub(1)];
-                (span.patch, g.view.patches()[span.patch].to_local(line.uv(t)), span.t[1] - span.t[0], true)
+                (span.patch, g.view.patches()[span.patch].to_local(line.uv(t)), span.t[1] - span.t[0], CurveEnd::Border)
             }
         };
-        let point = curve.point(g, t);
-        let near = curve.point(g, t + inward * STEP * step.min(b - a));
+        let (point, derivative) = if last { curve.jet_below(g, t) } else { curve.jet(g, t) };
+        let derivative = derivative * inward;
+        let chord = curve.point(g, t + inward * STEP * step.min(b - a)) - point;
+        // The tangent, in space or on the screen, where it is known; else, at poles and cusps, the chord.
+        let length = derivative.length();
+        let known = length > VANISHED * chord.length() && length.is_finite();
+        let on_screen = derivative.truncate();
+        let seen = known && on_screen.length() > VANISHED * length;
         let on = [local.x == 0.0, local.x == 1.0, local.y == 0.0, local.y == 1.0];
         let collapsed = g.forms[patch].collapsed;
         Self {
@@ -153,10 +163,10 @@ impl End {
             patch,
             local,
             point,
-            into: (near - point).normalize_or_zero(),
-            on_screen: (near - point).truncate().normalize_or_zero(),
+            into: if known { derivative } else { chord }.normalize_or_zero(),
+            on_screen: if seen { on_screen } else { chord.truncate() }.normalize_or_zero(),
             normal: model_normal(g, patch, local),
-            joins,
+            kind,
             middle: curve.point(g, 0.5 * (a + b)),
             edges: [0, 1, 2, 3].map(|k| on[k] && !collapsed[k]),
         }
@@ -166,7 +176,8 @@ impl End {
     /// into the same patch over the same edge, unless both are the same zero on it.
     fn opens_into(&self, other: &Self) -> bool {
         let same_edge = self.patch == other.patch && (0..4).any(|k| self.edges[k] && other.edges[k]);
-        self.joins && other.joins && self.sheet == other.sheet && (!same_edge || self.local == other.local)
+        let decided = self.kind != CurveEnd::Undecided && other.kind != CurveEnd::Undecided;
+        decided && self.sheet == other.sheet && (!same_edge || self.local == other.local)
     }
 }
 

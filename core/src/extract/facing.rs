@@ -157,6 +157,30 @@ impl FacingForm {
         }
         out
     }
+
+    /// The reduced polynomial at the local point (u, v), no allocation; 0 where none was formed. O(p q).
+    #[must_use]
+    pub fn value(&self, u: f64, v: f64) -> f64 {
+        let Some(f) = &self.polynomial else { return 0.0 };
+        let (p, q) = (f.degree_u(), f.degree_v());
+        let (mut bu, mut bv) = ([0.0; MAX_FORM_DEGREE + 1], [0.0; MAX_FORM_DEGREE + 1]);
+        let mut unused = [0.0; MAX_FORM_DEGREE + 1];
+        basis(p, u, &mut bu, &mut unused);
+        basis(q, v, &mut bv, &mut unused);
+        let rows = f.coefficients().chunks_exact(q + 1).zip(&bu);
+        rows.fold(0.0, |sum, (row, b)| sum + b * row.iter().zip(&bv).fold(0.0, |s, (c, b)| s + c * b))
+    }
+
+    /// What the reduced polynomial is divided by to give N_z / |N|, the cosine between normal and sight line, at a local
+    /// point of `patch`, whose form this is; `normal` is |N| there.
+    #[must_use]
+    pub fn unit(&self, patch: &Patch, local: DVec2, normal: f64) -> f64 {
+        let factors = [local.x, 1.0 - local.x, local.y, 1.0 - local.y];
+        let reduced = factors.iter().zip(&self.edge_factor).fold(1.0, |m, (x, &k)| m * libm::pow(*x, f64::from(k)));
+        // F is W³ N_z; with constant W it is formed of Cartesian points, and is N_z.
+        let w = if patch.is_polynomial() { 1.0 } else { patch.homogeneous_jet(local.x, local.y)[0].w };
+        normal * w * w * w / reduced
+    }
 }
 
 /// A univariate restriction of F with room for the highest degree, so that walking along a silhouette allocates nothing.

@@ -1,9 +1,10 @@
+use super::trace::distance_to_chord;
 use super::*;
 use crate::bernstein::Bivariate;
 use crate::extract::facing::facing_of_all;
 use crate::view::Camera;
 use core::f64::consts::{PI, TAU};
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 use proptest::prelude::*;
 
 const FINE: SilhouetteOptions = SilhouetteOptions { chord: 1e-4, normal_angle: 0.1 };
