@@ -6,10 +6,10 @@
 
 use alloc::vec::Vec;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec3, DVec4};
 
 use crate::line::{Axis, Line};
-use crate::view::ViewScene;
+use crate::view::{MAX_DEGREE, ViewScene, curve_point};
 
 /// One of the four boundary curves of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -264,29 +264,37 @@ fn classes(
 
 /// Unit vector in model space that is tangent to the surface, across the side, and points into the surface; `None`
 /// where the surface has no tangent plane there.
+///
+/// The curve across the side leaves it in the direction from its first control point to the next that is another point:
+/// the limit of its tangent where derivatives vanish.
 fn conormal(view: &ViewScene, sides: &[Side], i: usize, t: f64) -> Option<DVec3> {
     let line = &sides[i].line;
-    let uv = line.uv(t);
-    let below = if line.axis == Axis::U { [line.below, false] } else { [false, line.below] };
-    let inward = if line.below { -1.0 } else { 1.0 };
-    let split = |uv: DVec2| {
-        let j = view.model_jet(line.surface, uv, below);
-        if line.axis == Axis::U { (j.p, j.dv, j.du * inward) } else { (j.p, j.du, j.dv * inward) }
+    let (uv, across_u) = (line.uv(t), line.axis == Axis::U);
+    let below = if across_u { [line.below, false] } else { [false, line.below] };
+    let (index, local) = view.locate(line.surface, uv, below);
+    let patch = view.model_patch(index);
+    let jet = patch.jet(local.x, local.y);
+    let along = if across_u { jet.dv } else { jet.du }.try_normalize()?;
+    // Control points and what is computed from them carry some tens of roundings of the largest coordinate.
+    let cartesian = |h: DVec4| h.truncate() / h.w;
+    let extent = patch.points.iter().fold(0.0_f64, |m, &h| m.max(cartesian(h).abs().max_element()));
+    let rounding = 64.0 * f64::EPSILON * extent;
+    let last = if across_u { patch.degree_u } else { patch.degree_v };
+    let (rows, width) = (patch.degree_u + 1, patch.degree_v + 1);
+    let control = |k: usize| {
+        let k = if line.below { last - k } else { k };
+        let row = |i: usize| &patch.points[i * width..(i + 1) * width];
+        if across_u {
+            return cartesian(curve_point(row(k), local.y));
+        }
+        let column: heapless::Vec<DVec4, { MAX_DEGREE + 1 }> = (0..rows).map(|i| row(i)[k]).collect();
+        cartesian(curve_point(&column, local.x))
     };
-    let (p, along, across) = split(uv);
-    let along = along.try_normalize()?;
-    let flat = |d: DVec3| (d - along * d.dot(along)).try_normalize();
-    // The cross-boundary derivative may vanish (a degenerate net): then the chord to a point just inside stands in.
-    let scale = view.size();
-    if across.length() > 1e-9 * scale {
-        return flat(across);
-    }
-    let grid = &view.surfaces()[line.surface];
-    let breaks = if line.axis == Axis::U { &grid.u_breaks } else { &grid.v_breaks };
-    let width = if line.below { breaks[breaks.len() - 1] - breaks[breaks.len() - 2] } else { breaks[1] - breaks[0] };
-    let step = inward * 1e-3 * width;
-    let inside = if line.axis == Axis::U { uv + DVec2::new(step, 0.0) } else { uv + DVec2::new(0.0, step) };
-    flat(split(inside).0 - p)
+    let first = control(0);
+    let inward = (1..=last).map(|k| control(k) - first).find(|d| d.length() > rounding)?;
+    let across = inward - along * inward.dot(along);
+    // One that leaves along the side spans no plane with it.
+    (across.length() > rounding).then(|| across.normalize())
 }
 
 #[cfg(test)]
@@ -297,7 +305,6 @@ mod tests {
     use crate::shape::{Frame, cylinder, plane, sphere, torus};
     use crate::view::Camera;
     use alloc::vec;
-    use glam::DVec4;
 
     fn stitched(surfaces: Vec<Surface>) -> Stitching {
         let surfaces = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface }).collect();
@@ -381,6 +388,23 @@ mod tests {
             let owned: Vec<_> = s.edges.iter().filter(|e| e.owner() && e.class != EdgeClass::Boundary).collect();
             assert_eq!((owned[0].class, owned[1].class), (EdgeClass::Smooth, EdgeClass::Crease));
             assert!((owned[0].t[1] - begin).abs() < 1e-5 && owned[0].t[1] == owned[1].t[0], "{owned:?}");
+        }
+    }
+
+    /// Derivatives across the join vanish on both sides, and close to it both surfaces bend up sharply.
+    #[test]
+    fn a_join_is_smooth_if_the_limits_of_the_tangent_planes_agree() {
+        let wing = |side: f64, lift: f64| {
+            let rows = [(0.0, 0.0), (0.0, 0.0), (0.01 * side, 0.01 * side * lift), (side, 1.0)];
+            let points = rows.iter().flat_map(|&(x, z)| [DVec4::new(x, 0.0, z, 1.0), DVec4::new(x, 1.0, z, 1.0)]);
+            let knots = |p| KnotVector::bezier(p, [0.0, 1.0]).unwrap();
+            Surface::new(knots(3), knots(1), points.collect()).unwrap()
+        };
+        for (lift, expected) in [(0.0, [6, 0, 2]), (0.019, [6, 0, 2]), (0.021, [6, 2, 0]), (1.0, [6, 2, 0])] {
+            let other = wing(1.0, lift);
+            for other in [other.clone(), other.reversed_u(), other.reversed_v(), other.transposed()] {
+                assert_eq!(classes(&stitched(vec![wing(-1.0, 0.0), other])), expected, "{lift}");
+            }
         }
     }
 
