@@ -15,14 +15,18 @@
 //!
 //! So no branch is missed, however small a loop, and none is guessed. Zeros are computed once for each cutting line,
 //! over the whole square, and cells take those in their range: cells that share a side share its zeros, and arcs link
-//! by identity. What is not decided at the resolution of the arithmetic (a point where branches cross, a curve along
-//! which F touches 0 without changing sign) is listed as [`Undecided`].
+//! by identity. What the rounding of F hides is decided by its second derivatives where they can: a saddle is a
+//! [`Crossing`] of two branches, an extremum an isolated point. The rest (a curve along which F touches 0 without
+//! changing sign, a point where three branches meet) is listed as [`Undecided`].
+
+mod crossing;
 
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
 use glam::DVec2;
 
+use self::crossing::{Shape, shape};
 use crate::bernstein::{Bivariate, Univariate};
 
 /// Cells are not cut in the middle: models are symmetric, and their silhouettes love u = ½. A cut that follows a zero
@@ -114,8 +118,19 @@ pub struct Arc {
 pub enum ZeroEnd {
     /// On the border of the unit square.
     Border,
+    /// At a [`Crossing`].
+    Crossing,
     /// At an [`Undecided`] cell.
     Undecided,
+}
+
+/// A place at which two branches cross, or pass each other nearer than F's rounding can tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// The saddle point of F; the arms end in it.
+    pub point: DVec2,
+    /// Where F is hidden by its rounding: the true course differs from the arms inside it only.
+    pub place: Rect,
 }
 
 /// A connected piece of the zero set: arcs in order, each beginning at the point where the one before it ends.
@@ -138,6 +153,10 @@ pub struct ZeroSetStats {
     pub components: usize,
     /// Closed ones among them.
     pub loops: usize,
+    /// Crossings of two branches.
+    pub crossings: usize,
+    /// Isolated points, or loops smaller than what F's rounding hides.
+    pub isolated: usize,
     /// Undecided places.
     pub undecided: usize,
 }
@@ -147,6 +166,8 @@ pub struct ZeroSetStats {
 pub struct ZeroSet {
     /// Connected pieces: first the open ones, then the loops.
     pub components: Vec<Component>,
+    /// Crossings of two branches.
+    pub crossings: Vec<Crossing>,
     /// Places left undecided.
     pub undecided: Vec<Undecided>,
     /// Counts.
@@ -209,6 +230,14 @@ struct Contradiction;
 struct Vertex {
     point: DVec2,
     border: bool,
+    crossing: bool,
+}
+
+impl Vertex {
+    /// Whether components end here.
+    fn terminal(&self) -> bool {
+        self.border || self.crossing
+    }
 }
 
 struct Cell {
@@ -255,7 +284,7 @@ impl<'a> Search<'a> {
         for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             if f.get(a * f.degree_u(), b * f.degree_v()) == 0.0 {
                 s.corner[a][b] = Some(s.vertices.len());
-                s.vertices.push(Vertex { point: DVec2::new(a as f64, b as f64), border: true });
+                s.vertices.push(Vertex { point: DVec2::new(a as f64, b as f64), border: true, crossing: false });
             }
         }
         s
@@ -466,12 +495,59 @@ impl<'a> Search<'a> {
         for at in changes {
             let point = if axis == Variable::U { DVec2::new(x, at) } else { DVec2::new(at, x) };
             roots.push(LineRoot { at, vertex: self.vertices.len() });
-            self.vertices.push(Vertex { point, border: side.is_some() });
+            self.vertices.push(Vertex { point, border: side.is_some(), crossing: false });
         }
         let k = self.lines.len();
         self.lines.push(Line { roots, first_positive, corners });
         self.index.insert(key, k);
         k
+    }
+
+    /// Decides the undecided places where F has the shape of a saddle or an extremum; the arms of a crossing are led
+    /// into its point.
+    fn crossings(&mut self) -> Vec<Crossing> {
+        let mut found = Vec::new();
+        for place in core::mem::take(&mut self.undecided) {
+            let inside: Vec<bool> = self.vertices.iter().map(|v| place.contains(v.point)).collect();
+            let count = |f: &dyn Fn(&Link) -> bool| self.links.iter().filter(|l| f(l)).count();
+            let (coming, going) = (count(&|l| inside[l.to]), count(&|l| inside[l.from]));
+            let on_border = [place.u, place.v].iter().any(|r| r[0] == 0.0 || r[1] == 1.0);
+            // Around a saddle inside the square two arms come and two go; on its border some of them are outside.
+            let arms = if on_border { coming <= 2 && going <= 2 } else { (coming, going) == (2, 2) };
+            match shape(self.f, &place, self.rounding) {
+                Shape::Saddle(point) if arms => {
+                    self.lead_into(point, &place, &inside);
+                    found.push(Crossing { point, place });
+                }
+                Shape::Extremum if coming + going == 0 => self.stats.isolated += 1,
+                _ => self.undecided.push(place),
+            }
+        }
+        found
+    }
+
+    /// Adds an arc from the end of every arm at a place to the crossing in it. Along it F is nought to rounding, so that
+    /// whatever point of the place stands for a zero is as good as any other.
+    fn lead_into(&mut self, point: DVec2, place: &Rect, inside: &[bool]) {
+        let centre = self.vertices.len();
+        self.vertices.push(Vertex { point, border: false, crossing: true });
+        let cell = place.hull(&Rect { u: [point.x; 2], v: [point.y; 2] });
+        for k in 0..self.links.len() {
+            let Link { from, to, .. } = self.links[k];
+            for (at, arrives) in [(from, false), (to, true)] {
+                // A zero on the border is where the neighbour goes on, whatever happens beside it.
+                if !inside[at] || self.vertices[at].border {
+                    continue;
+                }
+                let rim = self.vertices[at].point;
+                let spans = (point - rim).abs();
+                let axis = if spans.x >= spans.y { Variable::U } else { Variable::V };
+                let (fu, fv) = (self.f.derivative_u(), self.f.derivative_v());
+                let slope = if axis == Variable::U { fv.eval(rim.x, rim.y) } else { fu.eval(rim.x, rim.y) };
+                let (start, end, from, to) = if arrives { (rim, point, at, centre) } else { (point, rim, centre, at) };
+                self.links.push(Link { arc: Arc { axis, cell, rising: slope > 0.0, start, end }, from, to });
+            }
+        }
     }
 
     /// Links the arcs into components.
@@ -480,6 +556,7 @@ impl<'a> Search<'a> {
         // Scraps between the undecided cells of one place belong to what is unknown of it.
         let places = &self.undecided;
         self.links.retain(|l| !places.iter().any(|r| r.contains(l.arc.start) && r.contains(l.arc.end)));
+        let crossings = self.crossings();
         let n = self.vertices.len();
         let mut out: Vec<Option<usize>> = Vec::new();
         out.resize(n, None);
@@ -496,7 +573,7 @@ impl<'a> Search<'a> {
         for closed in [false, true] {
             for k in 0..self.links.len() {
                 let from = self.links[k].from;
-                if used[k] || (!closed && entered[from] && !self.vertices[from].border) {
+                if used[k] || (!closed && entered[from] && !self.vertices[from].terminal()) {
                     continue;
                 }
                 let mut arcs = Vec::new();
@@ -506,17 +583,22 @@ impl<'a> Search<'a> {
                     used[m] = true;
                     arcs.push(self.links[m].arc);
                     last = self.links[m].to;
-                    next = if self.vertices[last].border { None } else { out[last] };
+                    next = if self.vertices[last].terminal() { None } else { out[last] };
                 }
-                let end = |v: usize| if self.vertices[v].border { ZeroEnd::Border } else { ZeroEnd::Undecided };
-                let ends = (last != from || self.vertices[from].border).then(|| [end(from), end(last)]);
+                let end = |v: usize| match self.vertices[v] {
+                    Vertex { crossing: true, .. } => ZeroEnd::Crossing,
+                    Vertex { border: true, .. } => ZeroEnd::Border,
+                    _ => ZeroEnd::Undecided,
+                };
+                let ends = (last != from || self.vertices[from].terminal()).then(|| [end(from), end(last)]);
                 components.push(Component { arcs, ends });
             }
         }
         self.stats.components = components.len();
         self.stats.loops = components.iter().filter(|c| c.ends.is_none()).count();
         self.stats.undecided = self.undecided.len();
-        ZeroSet { components, undecided: self.undecided, stats: self.stats }
+        self.stats.crossings = crossings.len();
+        ZeroSet { components, crossings, undecided: self.undecided, stats: self.stats }
     }
 }
 

@@ -41,6 +41,8 @@ pub enum CurveEnd {
     /// At a cusp of the projection, where the silhouette goes on as another curve (or as this one, for a loop with a
     /// single cusp).
     Cusp,
+    /// Where two silhouettes of the patch cross.
+    Crossing,
     /// At an undecided place.
     Undecided,
     /// At the first point, which is the last one too.
@@ -113,6 +115,8 @@ pub struct SilhouetteStats {
     pub components: usize,
     /// Closed ones among them.
     pub loops: usize,
+    /// Places where two silhouettes cross on the surface.
+    pub crossings: usize,
     /// Cusps of the projection.
     pub cusps: usize,
     /// Vertices.
@@ -207,6 +211,7 @@ pub fn silhouettes_of(
     out.stats.depth_max = out.stats.depth_max.max(zeros.stats.depth_max);
     out.stats.components += zeros.stats.components;
     out.stats.loops += zeros.stats.loops;
+    out.stats.crossings += zeros.stats.crossings;
     out.undecided.extend(zeros.undecided.iter().map(|&place| UndecidedPlace { patch: index, place }));
     if zeros.components.is_empty() {
         return;
@@ -226,6 +231,7 @@ pub fn silhouettes_of(
             None => [CurveEnd::Closed; 2],
             Some(ends) => ends.map(|e| match e {
                 ZeroEnd::Border => CurveEnd::Border,
+                ZeroEnd::Crossing => CurveEnd::Crossing,
                 ZeroEnd::Undecided => CurveEnd::Undecided,
             }),
         };

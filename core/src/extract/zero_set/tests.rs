@@ -57,6 +57,7 @@ fn sanity_check(f: &Bivariate, z: &ZeroSet) {
                 for (end, p) in ends.iter().zip(points) {
                     match end {
                         ZeroEnd::Border => assert!([p.x, p.y].iter().any(|&x| x == 0.0 || x == 1.0), "{p}"),
+                        ZeroEnd::Crossing => assert!(z.crossings.iter().any(|c| c.point == p), "{p} is no crossing"),
                         ZeroEnd::Undecided => assert!(
                             z.undecided
                                 .iter()
@@ -79,7 +80,7 @@ fn sanity_check(f: &Bivariate, z: &ZeroSet) {
             }
         }
     }
-    assert_eq!(z.stats.undecided, z.undecided.len());
+    assert_eq!((z.stats.undecided, z.stats.crossings), (z.undecided.len(), z.crossings.len()));
     assert_eq!(z.stats.components, z.components.len());
 }
 
@@ -102,7 +103,7 @@ fn loops_are_found_however_small() {
     }
     // Below the resolution it is not lost either: it is undecided.
     let z = solve(&circle(0.31, 0.62, 1e-9));
-    assert!(z.stats.components + z.stats.undecided > 0);
+    assert!(z.stats.components + z.stats.isolated + z.stats.undecided > 0);
 }
 
 #[test]
@@ -163,7 +164,7 @@ fn roots_in_corners_of_the_square() {
     let f = circle(0.0, 0.0, 0.5).mul(&u().scaled(2.0).sub(&v()));
     let z = zero_set(&f, noise(&f));
     sanity_check(&f, &z);
-    assert!(z.stats.undecided > 0, "the branches cross at one point");
+    assert_eq!((z.stats.crossings, z.stats.undecided), (1, 0), "the branches cross at one point");
 }
 
 #[test]
@@ -180,16 +181,84 @@ fn touching_the_border() {
     assert_eq!((z.stats.components, z.stats.loops, z.stats.undecided), (1, 0, 0));
 }
 
+/// The components that reach a crossing, counted by end.
+fn arms(z: &ZeroSet) -> usize {
+    z.components.iter().filter_map(|c| c.ends).flatten().filter(|&e| e == ZeroEnd::Crossing).count()
+}
+
 #[test]
-fn a_crossing_is_reported_and_its_arms_come_out() {
+fn branches_that_cross_do_so_in_one_point() {
     for (a, b) in [(0.5, 0.5), (0.4871, 0.4871), (0.3, 0.6)] {
         let f = u().sub(&c(a)).mul(&v().sub(&c(b)));
-        let z = zero_set(&f, noise(&f));
-        sanity_check(&f, &z);
-        assert_eq!(z.stats.components, 4, "{:?}", z.stats);
-        assert_eq!(z.undecided.len(), 1, "{a} {b} {:?}", z.stats);
-        for r in &z.undecided {
-            assert!((r.u[0] - a).abs() < 1e-6 && (r.v[0] - b).abs() < 1e-6, "{r:?}");
+        let z = solve(&f);
+        assert_eq!((z.stats.components, arms(&z)), (4, 4), "{:?}", z.stats);
+        assert_eq!((z.stats.crossings, z.stats.undecided), (1, 0), "{a} {b} {:?}", z.stats);
+        assert!((z.crossings[0].point - DVec2::new(a, b)).length() < 1e-12, "{:?}", z.crossings);
+    }
+}
+
+#[test]
+fn crossings_on_the_border_and_in_corners_keep_the_arms_inside() {
+    let line = |p: DVec2, angle: f64| u().sub(&c(p.x)).scaled(angle.sin()).sub(&v().sub(&c(p.y)).scaled(angle.cos()));
+    for (p, inside) in [([0.37, 0.0], 2), ([1.0, 0.61], 2), ([0.0, 1.0], 1)] {
+        let p = DVec2::from_array(p);
+        let f = line(p, 0.9).mul(&line(p, 2.1)).mul(&circle(p.x, p.y, 3.0));
+        let z = solve(&f);
+        assert_eq!((z.stats.components, z.stats.undecided), (inside, 0), "{p} {:?}", z);
+        let ends = z.components.iter().filter_map(|c| c.ends.map(|_| [c.arcs[0].start, c.arcs[c.arcs.len() - 1].end]));
+        assert_eq!(ends.flatten().filter(|e| (*e - p).length() < 1e-12).count(), inside, "{p} {:?}", z);
+    }
+}
+
+#[test]
+fn an_isolated_point_is_no_curve_and_not_undecided() {
+    let f = circle(0.31, 0.62, 0.0);
+    let z = solve(&f);
+    assert_eq!((z.stats.components, z.stats.undecided), (0, 0), "{:?}", z.stats);
+}
+
+#[test]
+fn every_kind_of_open_silhouette_from_border_to_border() {
+    // The sixteen kinds of Ruan, Zhang and Yong (2006), table 1: zeros on u = 0, u = 1, v = 0, v = 1, by the ends' places.
+    type Place = (Option<f64>, Option<f64>);
+    let (low, high, free): (Option<f64>, Option<f64>, Option<f64>) = (Some(0.0), Some(1.0), None);
+    let kinds: [(Place, Place); 16] = [
+        ((low, free), (free, low)),
+        ((high, free), (free, low)),
+        ((high, free), (free, high)),
+        ((low, free), (free, high)),
+        ((low, free), (high, free)),
+        ((free, low), (free, high)),
+        ((low, low), (free, high)),
+        ((high, low), (free, high)),
+        ((low, high), (high, free)),
+        ((low, low), (high, free)),
+        ((low, high), (free, low)),
+        ((high, high), (free, low)),
+        ((high, high), (low, free)),
+        ((high, low), (low, free)),
+        ((low, high), (high, low)),
+        ((low, low), (high, high)),
+    ];
+    for (kind, (a, b)) in kinds.into_iter().enumerate() {
+        for (s, t) in [(0.5, 0.5), (0.2, 0.7), (0.9, 0.1), (1e-6, 0.5)] {
+            let [p, q] = [(a, s), (b, t)].map(|((x, y), free)| DVec2::new(x.unwrap_or(free), y.unwrap_or(free)));
+            let d = q - p;
+            // (x − p) × d is 0 on the chord.
+            let chord = u().sub(&c(p.x)).scaled(d.y).sub(&v().sub(&c(p.y)).scaled(d.x));
+            // Times something without zeros, so that the degree is not 1.
+            for f in [chord.clone(), chord.mul(&circle(0.4, 0.3, 2.0)), chord.scaled(-1.0)] {
+                let z = solve(&f);
+                assert_eq!((z.stats.components, z.stats.undecided), (1, 0), "kind {} {p} {q}", kind + 1);
+                let arcs = &z.components[0].arcs;
+                let e = [arcs[0].start, arcs[arcs.len() - 1].end];
+                let near = |x: DVec2, y: DVec2| (x - y).length() < 1e-12;
+                assert!(
+                    (near(e[0], p) && near(e[1], q)) || (near(e[0], q) && near(e[1], p)),
+                    "kind {} {e:?}",
+                    kind + 1
+                );
+            }
         }
     }
 }
