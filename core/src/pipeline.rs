@@ -164,6 +164,12 @@ impl Prepared {
         &self.curves
     }
 
+    /// What was counted so far: patches, silhouettes and their chains.
+    #[must_use]
+    pub fn stats(&self) -> &Stats {
+        &self.stats
+    }
+
     /// The silhouettes among the [`curves`](Self::curves), chained over patches and surfaces.
     #[must_use]
     pub fn silhouette_chains(&self) -> &SilhouetteChains {

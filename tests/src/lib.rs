@@ -4,3 +4,4 @@ pub mod agreement;
 pub mod ink;
 pub mod oracle;
 pub mod plotter;
+pub mod subdivision;

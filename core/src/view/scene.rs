@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use super::{Camera, Jet, Patch};
-use crate::nurbs::KnotVector;
+use crate::nurbs::{KnotVector, Surface};
 use crate::scene::Scene;
 
 /// Why a scene cannot be seen from a camera.
@@ -93,8 +93,9 @@ impl ViewScene {
         let (mut patches, mut model, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (index, s) in scene.surfaces.iter().enumerate() {
-            let own = s.surface.bezier_patches(index);
-            let (ku, kv) = (s.surface.knots_u(), s.surface.knots_v());
+            let surface = with_even_weights(&s.surface);
+            let own = surface.bezier_patches(index);
+            let (ku, kv) = (surface.knots_u(), surface.knots_v());
             surfaces.push(SurfaceGrid {
                 first: patches.len(),
                 u_breaks: ku.breaks(),
@@ -184,6 +185,60 @@ impl ViewScene {
         let (patch, l) = self.locate(surface, uv, [false; 2]);
         self.model[patch].eval(l.x, l.y)
     }
+}
+
+/// Largest ratio of weights along a patch. Products of three weights enter the facing polynomial, whose coefficients then
+/// keep within 2¹⁸ of each other: what its rounding, relative to the largest, hides of the smallest is still nothing.
+const WEIGHT_RATIO: f64 = 64.0;
+
+/// Halvings of a span for the sake of its weights: a ratio of 10⁶ asks for seven.
+const MAX_HALVINGS: usize = 32;
+
+/// The same surface with knots inserted until the weights within each patch are of like size. A rational surface may be
+/// parametrised as unevenly as it likes (its weights times 1, c, c², … run through the same points at another speed), and
+/// one patch's numbers would then not be known to one precision.
+fn with_even_weights(surface: &Surface) -> Surface {
+    let mut even = surface.clone();
+    for _ in 0..MAX_HALVINGS {
+        let [u, v] = uneven_spans(&even);
+        let mut refined = Ok(even.clone());
+        for middle in &u {
+            refined = refined.and_then(|s| s.insert_knot_u(*middle, 1));
+        }
+        for middle in &v {
+            refined = refined.and_then(|s| s.insert_knot_v(*middle, 1));
+        }
+        match refined {
+            Ok(refined) if !(u.is_empty() && v.is_empty()) => even = refined,
+            // Even enough, or so narrow that there is no number between the ends of a span.
+            _ => break,
+        }
+    }
+    even
+}
+
+/// Middles of the spans in u and in v along which the weights of a patch differ too much.
+fn uneven_spans(surface: &Surface) -> [Vec<f64>; 2] {
+    let patches = surface.bezier_patches(0);
+    let mut middles = [Vec::new(), Vec::new()];
+    for patch in &patches {
+        let w = patch.degree_v + 1;
+        let uneven = |weights: &mut dyn Iterator<Item = f64>| {
+            let (lo, hi) = weights.fold((f64::INFINITY, 0.0_f64), |(lo, hi), x| (lo.min(x), hi.max(x)));
+            hi > WEIGHT_RATIO * lo
+        };
+        if (0..w).any(|j| uneven(&mut patch.points.iter().skip(j).step_by(w).map(|h| h.w))) {
+            middles[0].push(0.5 * (patch.u[0] + patch.u[1]));
+        }
+        if patch.points.chunks_exact(w).any(|row| uneven(&mut row.iter().map(|h| h.w))) {
+            middles[1].push(0.5 * (patch.v[0] + patch.v[1]));
+        }
+    }
+    middles.map(|mut m| {
+        m.sort_by(f64::total_cmp);
+        m.dedup();
+        m
+    })
 }
 
 /// Interior knots of full multiplicity.

@@ -4,6 +4,7 @@
 //! rounding in its evaluation (under 4·10⁻¹⁵ of the model's size), so that stitching finds every seam and crease.
 //! Positive sides point out of solids. Lengths have no unit.
 
+mod chess;
 mod fields;
 mod missile;
 mod solids;
@@ -48,6 +49,24 @@ const MODELS: &[Entry] = &[
         description: "a chess pawn, five surfaces of revolution",
         build: turned::pawn,
         view: turned::pawn_view,
+    },
+    Entry {
+        name: "queen",
+        description: "a chess queen, eight surfaces of revolution",
+        build: chess::queen,
+        view: chess::queen_view,
+    },
+    Entry {
+        name: "rook",
+        description: "a chess rook, eight surfaces of revolution",
+        build: chess::rook,
+        view: chess::rook_view,
+    },
+    Entry {
+        name: "knight",
+        description: "a chess knight: head, mane and ears of free form on a turned foot",
+        build: chess::knight,
+        view: chess::knight_view,
     },
     Entry {
         name: "goblet",

@@ -116,6 +116,9 @@ const SHAPES: &[(&str, usize, usize, usize)] = &[
     // The mouth, the rim of the lid, and both ends of handle and spout, which run into the body.
     ("teapot", 32, 32, 16),
     ("pawn", 5, 68, 0),
+    ("queen", 8, 92, 0),
+    ("rook", 8, 64, 0),
+    ("knight", 7, 112, 0),
     ("goblet", 5, 80, 0),
     // The ends of the handles.
     ("vase", 8, 88, 4),
