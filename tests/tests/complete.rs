@@ -54,7 +54,10 @@ fn every_visible_outline_is_inked() {
             for (at, error) in outline {
                 let allowed = error / p.layout.to_screen_length(1.0) + TOLERANCE;
                 let off = p.ink.distance(p.layout.to_page(at));
-                assert!(off <= allowed, "{name}, view {k}: no ink within {off:.3} mm of {at} on the screen");
+                assert!(
+                    off <= allowed,
+                    "{name}, view {k}: no ink within {off:.3} mm of {at} on the screen, but {allowed:.3} mm are allowed"
+                );
             }
         }
     }

@@ -184,7 +184,12 @@ impl Oracle {
                 let seen = self.ring(&own, q, r);
                 seen == Some([true, true, false]) || seen == Some([true, false, true])
             });
-            let hidden = self.is_near_transition(p, &own) || self.count(p, &own) != Verdict::Visible;
+            // Where the surface folds, the edge of the mesh zigzags in depth by as much as its triangles span: only what is
+            // visible there at either depth is surely visible.
+            let depths = t.triangles.iter().flat_map(|&k| self.mesh.corners(k)).map(|c| c.z);
+            let deepest = DVec3::new(p.x, p.y, depths.fold(p.z, f64::min));
+            let visible = |p: DVec3| self.count(p, &own) == Verdict::Visible;
+            let hidden = self.is_near_transition(p, &own) || !visible(p) || !visible(deepest);
             (one_sided && !hidden).then_some((q, radius))
         };
         self.mesh.transitions.iter().filter_map(seen).collect()
