@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
+use crate::arrange::region::{Region, RegionOptions, regions};
 use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
@@ -174,6 +175,13 @@ impl Prepared {
     #[must_use]
     pub fn silhouette_chains(&self) -> &SilhouetteChains {
         &self.chains
+    }
+
+    /// The regions without silhouettes, in parts that do not overlap themselves on the screen.
+    #[must_use]
+    pub fn regions(&self) -> Vec<Region> {
+        let size = self.view.size();
+        regions(&self.geometry(), RegionOptions { resolution: RESOLUTION * size, contact: STITCH * size })
     }
 
     /// Splits and decides visibility: every inked curve in parts of one quantitative invisibility each, hidden ones too.

@@ -12,6 +12,7 @@ mod grid;
 mod intersect;
 mod meeting;
 mod pierce;
+pub mod region;
 
 use alloc::vec::Vec;
 
