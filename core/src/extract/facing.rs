@@ -261,6 +261,12 @@ fn collapsed_edges(patch: &Patch) -> [bool; 4] {
     [one(0, 1, q), one(p * w, 1, q), one(0, w, p), one(q, w, p)]
 }
 
+/// Least ratio of a length to the coordinates, and of a slanted frame, with which first differences decide.
+const SLANT: f64 = 1.0 / 65536.0;
+
+/// What is larger than this, where rounding makes 2⁻¹⁶ at most, is beyond doubt positive.
+const SURE: f64 = 1.0 / 1024.0;
+
 /// Lemma 3.1 of Elber and Cohen 1989 for a polynomial patch: bounds of x_u, x_v, y_u and y_v by first differences of
 /// control points, and with them of N_z = x_u y_v − y_u x_v. O(p q).
 ///
@@ -268,7 +274,7 @@ fn collapsed_edges(patch: &Patch) -> [bool; 4] {
 /// near 1 and the other two near 0, which is where the bound is tightest.
 fn by_differences(patch: &Patch) -> Option<Facing> {
     if !patch.is_polynomial() {
-        return None;
+        return by_directions(patch);
     }
     let (p, q, w) = (patch.degree_u, patch.degree_v, patch.degree_v + 1);
     let at = |i: usize, j: usize| -> DVec2 { patch.points[i * w + j].truncate().truncate() };
@@ -277,8 +283,6 @@ fn by_differences(patch: &Patch) -> Option<Facing> {
     let det = mean_u.perp_dot(mean_v);
     // With the tangents no shorter than 2⁻¹⁶ of the coordinates and the frame no more slanted than 2⁻¹⁶, differences
     // are known in it to 2⁻⁵³ · 2³² · 2 · INPUT_ROUNDINGS = 2⁻¹⁶; a bound on N_z above `SURE` is then beyond doubt.
-    const SLANT: f64 = 1.0 / 65536.0;
-    const SURE: f64 = 1.0 / 1024.0;
     const LARGEST: f64 = 8.0;
     let (lu, lv) = (mean_u.length(), mean_v.length());
     let extent = patch.points.iter().fold(0.0_f64, |m, p| m.max(p.truncate().abs().max_element()));
@@ -306,6 +310,49 @@ fn by_differences(patch: &Patch) -> Option<Facing> {
     let across = (u[0].y * v[0].x).max(u[0].y * v[1].x).max(u[1].y * v[0].x).max(u[1].y * v[1].x);
     let sure = largest <= LARGEST && u[0].x > 0.0 && v[0].y > 0.0 && u[0].x * v[0].y - across > SURE;
     sure.then_some(if det > 0.0 { Facing::Front } else { Facing::Back })
+}
+
+/// Lemma 3.1 for a rational patch: bounds of the directions of S_u and S_v on the screen, by the coefficients of
+/// W² S_u = (X_u W − X W_u, Y_u W − Y W_u) and of W² S_v. Eight products of nets, where F takes thirty-six.
+///
+/// Bernstein functions are positive, so that each derivative lies in the cone of its coefficients. If every direction of
+/// the one is less than half a turn to the right of every direction of the other, N_z is positive.
+fn by_directions(patch: &Patch) -> Option<Facing> {
+    let w = patch.coordinate(3);
+    let middle = patch.eval(0.5, 0.5).truncate();
+    let [x, y] = [0, 1].map(|k| patch.coordinate(k).sub(&w.scaled(middle[k])));
+    let least = SLANT * x.magnitude().max(y.magnitude()).max(extent(patch) * w.magnitude()) * w.magnitude();
+    let quotient = |a: &Bivariate, da: &Bivariate, dw: &Bivariate| da.mul(&w).sub(&a.mul(dw));
+    let (wu, wv) = (w.derivative_u(), w.derivative_v());
+    let u = cone(&quotient(&x, &x.derivative_u(), &wu), &quotient(&y, &y.derivative_u(), &wu), least)?;
+    let v = cone(&quotient(&x, &x.derivative_v(), &wv), &quotient(&y, &y.derivative_v(), &wv), least)?;
+    // The corners of a product of two cones narrower than half a turn.
+    let turns = [(u[0], v[0]), (u[0], v[1]), (u[1], v[0]), (u[1], v[1])].map(|(a, b)| a.perp_dot(b));
+    if turns.iter().all(|&t| t > SURE) {
+        Some(Facing::Front)
+    } else if turns.iter().all(|&t| t < -SURE) {
+        Some(Facing::Back)
+    } else {
+        None
+    }
+}
+
+/// The two unit vectors that bound the directions of the coefficients (x, y); none if one of these is no longer than
+/// `least`, so that its direction is not known, or if they spread over nearly half a turn.
+fn cone(x: &Bivariate, y: &Bivariate, least: f64) -> Option<[DVec2; 2]> {
+    let all = || x.coefficients().iter().zip(y.coefficients()).map(|(&x, &y)| DVec2::new(x, y));
+    let middle = all().fold(DVec2::ZERO, |sum, d| sum + d.normalize_or_zero()).try_normalize()?;
+    // Tangents of the angles from the middle, least and largest.
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for d in all() {
+        let ahead = middle.dot(d);
+        if !(d.length() > least && ahead > SURE * d.length()) {
+            return None;
+        }
+        let tangent = middle.perp_dot(d) / ahead;
+        (lo, hi) = (lo.min(tangent), hi.max(tangent));
+    }
+    Some([lo, hi].map(|t| (middle + middle.perp() * t).normalize()))
 }
 
 /// Coordinates of the corner nets: (X − x₀ W, Y − y₀ W, W) with the screen centre (x₀, y₀) of the patch, which changes

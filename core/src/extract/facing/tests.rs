@@ -108,3 +108,49 @@ fn a_pole_is_a_factor_on_a_collapsed_edge() {
     assert_eq!(form.edge_factor, [0, 0, 1, 0]);
     assert_eq!(form.facing, Facing::Front);
 }
+
+proptest! {
+    #[test]
+    fn differences_never_contradict_the_polynomial(
+        offsets in prop::collection::vec((-0.4..0.4_f64, -0.4..0.4_f64, -1.0..1.0_f64, -1.5..1.5_f64), 16),
+        slant in -2.0..2.0_f64, rational in any::<bool>(), flip in any::<bool>(), s in 0.0..=1.0_f64, t in 0.0..=1.0_f64,
+    ) {
+        let p = patch(3, 3, |i, j| {
+            let (x, y, z, w) = offsets[4 * i + j];
+            let (x, y) = (i as f64 + x, j as f64 + y);
+            DVec4::new(if flip { -x } else { x } + slant * y, y, z, 1.0) * if rational { 10.0_f64.powf(w) } else { 1.0 }
+        });
+        let form = facing(&p);
+        if form.polynomial.is_none() && form.facing != Facing::EdgeOn {
+            let f = facing_polynomial(&p).eval(s, t);
+            prop_assert_eq!(f > 0.0, form.facing == Facing::Front, "{}", f);
+        }
+    }
+}
+
+#[test]
+fn directions_of_differences_decide_a_gentle_rational_patch() {
+    let gentle = patch(3, 2, |i, j| {
+        DVec4::new(i as f64, j as f64 + 0.1 * (i * i) as f64, (i * j) as f64, 1.0) * [1.0, 2.0, 1.5, 2.5][i]
+    });
+    let form = facing(&gentle);
+    assert_eq!((form.facing, form.polynomial), (Facing::Front, None));
+}
+
+#[test]
+fn the_class_of_a_patch_is_that_of_its_surface_and_not_of_its_net() {
+    // A row of the net is folded back, so that the normals of the net's facets have both signs (by which Ruan, Zhang and
+    // Yong 2006 would call the patch partially visible); the surface only slows down there.
+    let p = patch(3, 1, |i, j| DVec4::new([0.0, 1.2, 0.9, 2.0][i], j as f64, 0.0, 1.0));
+    let facet = |i: usize| p.points[2 * (i + 1)].x - p.points[2 * i].x;
+    assert!(facet(0) > 0.0 && facet(1) < 0.0 && facet(2) > 0.0);
+    let form = facing(&p);
+    let silhouettes = match &form.polynomial {
+        Some(f) if form.facing == Facing::Mixed => {
+            crate::extract::zero_set::zero_set(f, form.rounding).stats.components
+        }
+        _ => 0,
+    };
+    assert_eq!(silhouettes, 0);
+    assert!(facing_polynomial(&p).eval(0.5, 0.5) > 0.0);
+}
