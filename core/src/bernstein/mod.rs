@@ -5,10 +5,12 @@
 //! Source of the arithmetic: Farouki and Rajan 1988, *Algorithms for polynomials in Bernstein form*, CAGD 5.
 
 mod bivariate;
+mod interval;
 mod roots;
 mod univariate;
 
 pub use bivariate::Bivariate;
+pub(crate) use interval::Interval;
 pub use roots::{Root, RootKind};
 pub use univariate::Univariate;
 

@@ -15,7 +15,7 @@ use glam::DVec2;
 
 use super::Segment;
 use super::walk::bracketed;
-use crate::bernstein::Bivariate;
+use crate::bernstein::{Bivariate, Interval};
 use crate::extract::facing::{FacingForm, coordinate_rounding};
 use crate::extract::zero_set::{Rect, Variable};
 use crate::view::Patch;
@@ -189,15 +189,16 @@ impl<A: Fn(DVec2) -> f64> Search<'_, A> {
         let Some(d) = (gb - ga).try_normalize() else { return Verdict::Unknown };
         // The derivative of A along (F_v, −F_u).
         let along = component(d);
-        let [au, av, fu, fv] =
-            [along.derivative_u(), along.derivative_v(), f.derivative_u(), f.derivative_v()].map(|p| p.bounds());
-        let (low, high) = difference(product(au, fv), product(av, fu));
+        let [au, av, fu, fv] = [along.derivative_u(), along.derivative_v(), f.derivative_u(), f.derivative_v()]
+            .map(|p| Interval::new(p.bounds()));
         // Coefficients of a derivative carry twice the degree of the rounding.
         let degree = 2.0 * along.degree_u().max(along.degree_v()) as f64;
-        let magnitude = |(a, b): (f64, f64)| a.abs().max(b.abs());
-        let doubt = degree
-            * (2.0 * rounding * (magnitude(fu) + magnitude(fv)) + self.form.rounding * (magnitude(au) + magnitude(av)));
-        if low > doubt || high < -doubt { Verdict::AtMostOne } else { Verdict::Unknown }
+        let of_a = 2.0 * rounding * (fu.magnitude() + fv.magnitude());
+        let of_f = self.form.rounding * (au.magnitude() + av.magnitude());
+        match (au * fv - av * fu).widened(degree * (of_a + of_f)).sign() {
+            Some(_) => Verdict::AtMostOne,
+            None => Verdict::Unknown,
+        }
     }
 
     /// Whether the arc between the independent ends of the rectangle is proven to stay inside: F has its signs along
@@ -231,13 +232,4 @@ fn around(segment: &Segment, a: DVec2, b: DVec2) -> Rect {
         Variable::U => Rect { u: [low.x, high.x], v: widened(low.y, high.y) },
         Variable::V => Rect { u: widened(low.x, high.x), v: [low.y, high.y] },
     }
-}
-
-fn product(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    let all = [a.0 * b.0, a.0 * b.1, a.1 * b.0, a.1 * b.1];
-    all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)))
-}
-
-fn difference(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0 - b.1, a.1 - b.0)
 }

@@ -1,9 +1,9 @@
 //! Silhouettes: the curves on which a surface turns away from the eye.
 //!
 //! On one patch they are the zero set of F ([`facing`](super::facing)), whose topology [`zero_set`] gives as arcs that
-//! are graphs over one parameter. A [`TracedCurve`] keeps that: a point of it is found by walking, at a fixed value of
-//! the arc's independent parameter, along the other one to F = 0 (Elber and Cohen 1989, §3, with Newton's method inside
-//! a bracket for the secant), so every point asked for lies on the true silhouette, and none on a chord.
+//! are graphs over one parameter. Vertices are put on an arc by the walk of Elber and Cohen (1989, §3) until the chords
+//! between them are good enough. A [`TracedCurve`] keeps arcs and vertices, and every point asked for of it is found on
+//! F = 0 itself, none on a chord.
 //!
 //! Where the sight line is tangent to the silhouette itself its projection has a cusp (a curtain fold); the curve is
 //! split there.

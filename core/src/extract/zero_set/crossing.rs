@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::Rect;
-use crate::bernstein::Bivariate;
+use crate::bernstein::{Bivariate, Interval};
 
 /// The shape of F around a place.
 pub(super) enum Shape {
@@ -28,23 +28,8 @@ pub(super) fn shape(f: &Bivariate, place: &Rect, rounding: f64) -> Shape {
     // Two differences of coefficients, each times the degree.
     let degree = f.degree_u().max(f.degree_v()) as f64;
     let doubt = 4.0 * degree * degree * rounding;
-    let [uu, uv, vv] = second.each_ref().map(|g| {
-        let (lo, hi) = g.restricted(u, v).bounds();
-        [lo - doubt, hi + doubt]
-    });
-    let products = |a: [f64; 2], b: [f64; 2]| {
-        let all = [a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]];
-        all.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)])
-    };
-    let square = |a: [f64; 2]| {
-        let high = a[0].abs().max(a[1].abs());
-        [if a[0] <= 0.0 && a[1] >= 0.0 { 0.0 } else { a[0].abs().min(a[1].abs()) }, high].map(|x| x * x)
-    };
-    let (along, across) = (products(uu, vv), square(uv));
-    let determinant = [along[0] - across[1], along[1] - across[0]];
-    if !(determinant[0] > 0.0 || determinant[1] < 0.0) {
-        return Shape::Unknown;
-    }
+    let [uu, uv, vv] = second.each_ref().map(|g| Interval::new(g.restricted(u, v).bounds()).widened(doubt));
+    let Some(determinant) = (uu * vv - uv.squared()).sign() else { return Shape::Unknown };
     let mut p = DVec2::new(0.5 * (place.u[0] + place.u[1]), 0.5 * (place.v[0] + place.v[1]));
     for _ in 0..8 {
         let (gu, gv) = (fu.eval(p.x, p.y), fv.eval(p.x, p.y));
@@ -69,7 +54,7 @@ pub(super) fn shape(f: &Bivariate, place: &Rect, rounding: f64) -> Shape {
             x
         }
     };
-    if determinant[0] > 0.0 {
+    if determinant > 0.0 {
         Shape::Extremum
     } else {
         Shape::Saddle(DVec2::new(snapped(p.x, place.u), snapped(p.y, place.v)))
