@@ -118,7 +118,7 @@ pub struct Arc {
 pub enum ZeroEnd {
     /// On the border of the unit square.
     Border,
-    /// At a [`Crossing`].
+    /// On the rim of a [`Crossing`]'s place.
     Crossing,
     /// At an [`Undecided`] cell.
     Undecided,
@@ -127,9 +127,9 @@ pub enum ZeroEnd {
 /// A place at which two branches cross, or pass each other nearer than F's rounding can tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The saddle point of F; the arms end in it.
+    /// The saddle point of F.
     pub point: DVec2,
-    /// Where F is hidden by its rounding: the true course differs from the arms inside it only.
+    /// Where F is hidden by its rounding; the arms end on its rim.
     pub place: Rect,
 }
 
@@ -503,8 +503,8 @@ impl<'a> Search<'a> {
         k
     }
 
-    /// Decides the undecided places where F has the shape of a saddle or an extremum; the arms of a crossing are led
-    /// into its point.
+    /// Decides the undecided places where F has the shape of a saddle or an extremum. The arms of a crossing end on the
+    /// rim of its place, inside which F is nought to rounding and has no slope to follow.
     fn crossings(&mut self) -> Vec<Crossing> {
         let mut found = Vec::new();
         for place in core::mem::take(&mut self.undecided) {
@@ -516,7 +516,10 @@ impl<'a> Search<'a> {
             let arms = if on_border { coming <= 2 && going <= 2 } else { (coming, going) == (2, 2) };
             match shape(self.f, &place, self.rounding) {
                 Shape::Saddle(point) if arms => {
-                    self.lead_into(point, &place, &inside);
+                    for (vertex, _) in self.vertices.iter_mut().zip(&inside).filter(|(v, inside)| **inside && !v.border)
+                    {
+                        vertex.crossing = true;
+                    }
                     found.push(Crossing { point, place });
                 }
                 Shape::Extremum if coming + going == 0 => self.stats.isolated += 1,
@@ -524,30 +527,6 @@ impl<'a> Search<'a> {
             }
         }
         found
-    }
-
-    /// Adds an arc from the end of every arm at a place to the crossing in it. Along it F is nought to rounding, so that
-    /// whatever point of the place stands for a zero is as good as any other.
-    fn lead_into(&mut self, point: DVec2, place: &Rect, inside: &[bool]) {
-        let centre = self.vertices.len();
-        self.vertices.push(Vertex { point, border: false, crossing: true });
-        let cell = place.hull(&Rect { u: [point.x; 2], v: [point.y; 2] });
-        for k in 0..self.links.len() {
-            let Link { from, to, .. } = self.links[k];
-            for (at, arrives) in [(from, false), (to, true)] {
-                // A zero on the border is where the neighbour goes on, whatever happens beside it.
-                if !inside[at] || self.vertices[at].border {
-                    continue;
-                }
-                let rim = self.vertices[at].point;
-                let spans = (point - rim).abs();
-                let axis = if spans.x >= spans.y { Variable::U } else { Variable::V };
-                let (fu, fv) = (self.f.derivative_u(), self.f.derivative_v());
-                let slope = if axis == Variable::U { fv.eval(rim.x, rim.y) } else { fu.eval(rim.x, rim.y) };
-                let (start, end, from, to) = if arrives { (rim, point, at, centre) } else { (point, rim, centre, at) };
-                self.links.push(Link { arc: Arc { axis, cell, rising: slope > 0.0, start, end }, from, to });
-            }
-        }
     }
 
     /// Links the arcs into components.

@@ -57,7 +57,9 @@ fn sanity_check(f: &Bivariate, z: &ZeroSet) {
                 for (end, p) in ends.iter().zip(points) {
                     match end {
                         ZeroEnd::Border => assert!([p.x, p.y].iter().any(|&x| x == 0.0 || x == 1.0), "{p}"),
-                        ZeroEnd::Crossing => assert!(z.crossings.iter().any(|c| c.point == p), "{p} is no crossing"),
+                        ZeroEnd::Crossing => {
+                            assert!(z.crossings.iter().any(|c| c.place.contains(p)), "{p} is no crossing")
+                        }
                         ZeroEnd::Undecided => assert!(
                             z.undecided
                                 .iter()
@@ -206,7 +208,7 @@ fn crossings_on_the_border_and_in_corners_keep_the_arms_inside() {
         let z = solve(&f);
         assert_eq!((z.stats.components, z.stats.undecided), (inside, 0), "{p} {:?}", z);
         let ends = z.components.iter().filter_map(|c| c.ends.map(|_| [c.arcs[0].start, c.arcs[c.arcs.len() - 1].end]));
-        assert_eq!(ends.flatten().filter(|e| (*e - p).length() < 1e-12).count(), inside, "{p} {:?}", z);
+        assert_eq!(ends.flatten().filter(|e| (*e - p).length() < 1e-5).count(), inside, "{p} {:?}", z);
     }
 }
 
