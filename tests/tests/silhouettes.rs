@@ -320,6 +320,19 @@ fn interpolated(z: impl Fn(f64, f64) -> f64) -> Surface {
     Surface::new(knots(), knots(), points.collect()).expect("a surface")
 }
 
+/// Along a diagonal a rim is at its own height, its ring and the outline cross where the sight line touches the ring, and
+/// towards that point nothing is decided any more, except that it is a point.
+#[test]
+fn rims_seen_along_the_diagonals_are_decided() {
+    for name in ["teapot", "pawn", "goblet", "vase"] {
+        let scene = builtin::load(name).expect("a built-in model").scene;
+        for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let p = prepared(&scene, &parallel(DVec3::new(x, y, 0.0)));
+            assert!(p.stats().silhouette_undecided.is_empty(), "{name} from ({x}, {y}, 0)");
+        }
+    }
+}
+
 #[test]
 fn shapes_of_revolution_along_their_axes() {
     let ball = sphere(&Frame::WORLD, 1.0).expect("a sphere");

@@ -24,6 +24,10 @@ use crate::view::Patch;
 /// screen than the rounding of coordinates, for the distance on the screen grows with the square at a cusp, or slower.
 const MAX_DEPTH: u32 = 26;
 
+/// Halvings from which on a piece is left at that when its ends and its middle are one point on the screen to rounding.
+/// A larger one may have been elsewhere between them.
+const POINT_DEPTH: u32 = 8;
+
 /// Where a piece is cut: not in the middle, for models are symmetric, and their cusps love it.
 const RATIOS: [f64; 3] = [0.4871, 0.5227, 0.4393];
 
@@ -36,6 +40,18 @@ pub(super) struct CuspForm {
     g: [Bivariate; 2],
     /// Bound of the rounding in each coefficient.
     rounding: f64,
+}
+
+/// A point of an arc as the search sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Probe {
+    pub(super) local: DVec2,
+    pub(super) screen: DVec2,
+    /// How far on the screen rounding, of coordinates and of F, may have moved it.
+    pub(super) blur: f64,
+    /// Length of the screen tangent, negative where it points against the normal turned a right angle, and 0 where it
+    /// is no larger than its rounding.
+    pub(super) advance: f64,
 }
 
 impl CuspForm {
@@ -87,8 +103,7 @@ pub(super) struct Cusps {
     pub(super) undecided: Vec<Rect>,
 }
 
-/// Seeks the cusps between two points of one arc. `advance` is the length of the screen tangent at a point of the arc,
-/// negative where it points against the normal turned a right angle, and 0 where it is no larger than its rounding.
+/// Seeks the cusps between two points of one arc; `probe` looks at a point of it.
 ///
 /// A cusp at an end is not listed: there is one if the advance has opposite signs on the two sides of that end.
 pub(super) fn cusps_of(
@@ -96,25 +111,25 @@ pub(super) fn cusps_of(
     cusp_form: &CuspForm,
     segment: &Segment,
     ends: [DVec2; 2],
-    advance: &impl Fn(DVec2) -> f64,
+    probe: &impl Fn(DVec2) -> Probe,
 ) -> Cusps {
     let mut search = Search {
         form,
         cusp_form,
         segment,
-        advance,
+        probe,
         pieces: 0,
         found: Cusps { brackets: Vec::new(), undecided: Vec::new() },
     };
-    search.piece(ends.map(|p| (p, advance(p))), 0);
+    search.piece(ends.map(probe), 0);
     search.found
 }
 
-struct Search<'a, A> {
+struct Search<'a, P> {
     form: &'a FacingForm,
     cusp_form: &'a CuspForm,
     segment: &'a Segment,
-    advance: &'a A,
+    probe: &'a P,
     pieces: usize,
     found: Cusps,
 }
@@ -125,46 +140,65 @@ enum Verdict {
     Unknown,
 }
 
-impl<A: Fn(DVec2) -> f64> Search<'_, A> {
-    fn piece(&mut self, [a, b]: [(DVec2, f64); 2], depth: u32) {
+impl<P: Fn(DVec2) -> Probe> Search<'_, P> {
+    fn piece(&mut self, [a, b]: [Probe; 2], depth: u32) {
         self.pieces += 1;
-        let turned = a.1 * b.1 < 0.0;
-        let rect = around(self.segment, a.0, b.0);
-        match self.judge(&rect, a.0, b.0, turned) {
-            Verdict::None => return,
-            Verdict::AtMostOne => {
+        let turned = a.advance * b.advance < 0.0;
+        let wide = 0.25 * (b.local - a.local).abs().max_element();
+        let rect = around(self.segment, a.local, b.local, wide);
+        let mut verdict = self.judge(&rect, a.local, b.local, turned);
+        if matches!(verdict, Verdict::None) {
+            return;
+        }
+        let middle = self.between(a.local, b.local);
+        if matches!(verdict, Verdict::Unknown) {
+            // Close to a pole G fades towards the pole, so that what is wide compared with the distance to it decides
+            // nothing. An arc that hardly bends needs no wide rectangle.
+            let slim = self.bulge(a.local, middle.local, b.local);
+            if slim < 0.25 * wide {
+                verdict = self.judge(&around(self.segment, a.local, b.local, slim), a.local, b.local, turned);
+            }
+        }
+        // Towards a crossing of silhouettes, and where one runs along the sight line, nothing is decided; but what is a
+        // point on the screen, as far as its points are known, need not be.
+        let far = |p: &Probe| p.screen.distance(middle.screen) > p.blur + middle.blur;
+        let point = depth >= MAX_DEPTH
+            || middle.local == a.local
+            || middle.local == b.local
+            || (depth >= POINT_DEPTH && !far(&a) && !far(&b));
+        match verdict {
+            Verdict::None => {}
+            Verdict::Unknown if !point && self.pieces >= MAX_PIECES => self.found.undecided.push(rect),
+            Verdict::Unknown if !point => {
+                self.piece([a, middle], depth + 1);
+                self.piece([middle, b], depth + 1);
+            }
+            Verdict::AtMostOne | Verdict::Unknown => {
                 if turned {
-                    self.found.brackets.push([a.0, b.0]);
+                    self.found.brackets.push([a.local, b.local]);
                 }
-                return;
             }
-            Verdict::Unknown => {}
         }
-        let (middle, ahead) = self.between(a.0, b.0);
-        if depth >= MAX_DEPTH || middle == a.0 || middle == b.0 {
-            if turned {
-                self.found.brackets.push([a.0, b.0]);
-            }
-            return;
-        }
-        if self.pieces >= MAX_PIECES {
-            self.found.undecided.push(rect);
-            return;
-        }
-        let middle = (middle, ahead);
-        self.piece([a, middle], depth + 1);
-        self.piece([middle, b], depth + 1);
     }
 
-    /// A point near the middle with its advance: one at which that is not 0, for a cusp right there would be lost to
-    /// both sides.
-    fn between(&self, a: DVec2, b: DVec2) -> (DVec2, f64) {
-        let at = |ratio: f64| {
-            let p = bracketed(self.form, self.segment, a, b, ratio).0;
-            (p, (self.advance)(p))
-        };
+    /// A point near the middle: one at which the advance is not 0, for a cusp right there would be lost to both sides.
+    fn between(&self, a: DVec2, b: DVec2) -> Probe {
+        let at = |ratio: f64| (self.probe)(bracketed(self.form, self.segment, a, b, ratio).0);
         let first = at(RATIOS[0]);
-        if first.1 != 0.0 { first } else { RATIOS[1..].iter().map(|&r| at(r)).find(|p| p.1 != 0.0).unwrap_or(first) }
+        if first.advance != 0.0 {
+            return first;
+        }
+        RATIOS[1..].iter().map(|&r| at(r)).find(|p| p.advance != 0.0).unwrap_or(first)
+    }
+
+    /// How far an arc bulges over its ends, to the side of its dependent parameter: twice what it does at its point
+    /// `middle`, and what rounding needs.
+    fn bulge(&self, a: DVec2, middle: DVec2, b: DVec2) -> f64 {
+        let k = usize::from(self.segment.axis == Variable::U);
+        let fraction = (middle[1 - k] - a[1 - k]) / (b[1 - k] - a[1 - k]);
+        let off_chord = middle[k] - (a[k] + fraction * (b[k] - a[k]));
+        let slope = self.form.gradient(middle.x, middle.y)[1 + k];
+        2.0 * off_chord.abs() + 8.0 * self.form.rounding / slope.abs()
     }
 
     fn judge(&self, rect: &Rect, a: DVec2, b: DVec2, turned: bool) -> Verdict {
@@ -222,12 +256,12 @@ impl<A: Fn(DVec2) -> f64> Search<'_, A> {
     }
 }
 
-/// A rectangle around two points of an arc, wider by a quarter on the sides that the arc might bulge over.
-fn around(segment: &Segment, a: DVec2, b: DVec2) -> Rect {
+/// A rectangle around two points of an arc, wider by `margin` on the sides that the arc might bulge over.
+fn around(segment: &Segment, a: DVec2, b: DVec2, margin: f64) -> Rect {
     let (low, high) = (a.min(b), a.max(b));
-    let wider = 0.25 * (high - low).max_element();
-    let widened =
-        |lo: f64, hi: f64| [(lo - wider).max(segment.bracket[0].min(lo)), (hi + wider).min(segment.bracket[1].max(hi))];
+    let widened = |lo: f64, hi: f64| {
+        [(lo - margin).max(segment.bracket[0].min(lo)), (hi + margin).min(segment.bracket[1].max(hi))]
+    };
     match segment.axis {
         Variable::U => Rect { u: [low.x, high.x], v: widened(low.y, high.y) },
         Variable::V => Rect { u: widened(low.x, high.x), v: [low.y, high.y] },

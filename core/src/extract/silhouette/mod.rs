@@ -220,6 +220,7 @@ pub fn silhouettes_of(
     let mut tracer = Tracer {
         patch,
         cusp_form: &cusp_form,
+        coordinate_rounding: coordinate_rounding(patch),
         derivative_rounding: 2.0 * patch.degree_u.max(patch.degree_v) as f64 * coordinate_rounding(patch),
         gradient_rounding: 2.0 * polynomial.degree_u().max(polynomial.degree_v()) as f64 * form.rounding,
         form,

@@ -201,6 +201,17 @@ proptest! {
 }
 
 #[test]
+fn a_silhouette_that_passes_close_to_a_pole_has_no_undecided_cusps() {
+    // Less than 5e-6 of a patch away from it.
+    let d = DVec3::new(-0.8483259731132351, -0.2331085799323914, 0.04444750372087215);
+    let eye = d.normalize() * 19.821290261496266;
+    let camera = Camera::perspective(eye, DVec3::ZERO, DVec3::new(0.1, 0.2, 1.3)).unwrap();
+    let patches = sphere(&camera);
+    let (_, found) = traced(&patches, FINE);
+    assert_eq!((found.undecided, found.stats.cusps), (Vec::new(), 0));
+}
+
+#[test]
 fn a_torus_has_the_cusps_of_an_ellipses_parallel_curve() {
     // The outline of a torus is the pair of curves parallel, at the distance of the minor radius, to the ellipse of
     // its centre circle. The inner one has a cusp wherever it meets the ellipse's evolute: 4, or none.

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
-use super::cusp::{CuspForm, cusps_of};
+use super::cusp::{CuspForm, Probe, cusps_of};
 use super::walk::{bracketed, walk};
 use super::{CurveEnd, Segment, SilhouetteOptions, SilhouetteStats, TracedCurve};
 use crate::extract::facing::FacingForm;
@@ -16,6 +16,8 @@ use crate::view::Patch;
 struct Node {
     local: DVec2,
     screen: DVec2,
+    /// How far on the screen rounding, of coordinates and of F, may have moved it.
+    blur: f64,
     /// Unit normal of the surface; zero where it is not known (a pole).
     normal: DVec3,
     /// Advance of the screen point along the silhouette, by the normal turned a right angle; it changes sign at cusps
@@ -38,6 +40,8 @@ const TILT_MAX: f64 = 1e-3;
 
 pub(super) struct Tracer<'a> {
     pub(super) patch: &'a Patch,
+    /// Bound of the rounding in coordinates.
+    pub(super) coordinate_rounding: f64,
     /// Bound of the rounding in S_u and S_v.
     pub(super) derivative_rounding: f64,
     /// Bound of the rounding in F_u and F_v.
@@ -61,8 +65,11 @@ impl Tracer<'_> {
             let segment = Segment { axis: arc.axis, bracket, rising: arc.rising };
             let Some(&start) = path.nodes.last() else { continue };
             let end = self.node(arc.end);
-            let advance = |p: DVec2| self.node(p).advance;
-            let cusps = cusps_of(self.form, self.cusp_form, &segment, [start.local, end.local], &advance);
+            let probe = |p: DVec2| {
+                let Node { local, screen, blur, advance, .. } = self.node(p);
+                Probe { local, screen, blur, advance }
+            };
+            let cusps = cusps_of(self.form, self.cusp_form, &segment, [start.local, end.local], &probe);
             undecided.extend(cusps.undecided);
             let mut from = start;
             for bracket in cusps.brackets {
@@ -158,7 +165,10 @@ impl Tracer<'_> {
             + self.gradient_rounding * (lu + lv);
         let advance = tangent.y * normal.x - tangent.x * normal.y;
         let advance = if advance.abs() > rounding { advance } else { 0.0 };
-        Node { local, screen: jet.p.truncate(), normal, advance, cusp: false }
+        // F = 0 moves by rounding over |∇F|, in the direction of ∇F.
+        let across = (jet.du * fu + jet.dv * fv).truncate().length() / (fu * fu + fv * fv);
+        let blur = 2.0 * self.coordinate_rounding + self.form.rounding * across;
+        Node { local, screen: jet.p.truncate(), blur, normal, advance, cusp: false }
     }
 }
 
