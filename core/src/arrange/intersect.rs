@@ -78,7 +78,7 @@ fn coincidence(a: &Arc, b: &Arc, limit: f64) -> Option<Meeting> {
 
 /// Bézier parameter of the point of an arc nearest to `p` on the screen, and its distance: Gauss–Newton from the foot on
 /// the chord, good for arcs whose tangents stay within a right angle of their chord.
-fn nearest(arc: &Arc, p: DVec2) -> (f64, f64) {
+pub(crate) fn nearest(arc: &Arc, p: DVec2) -> (f64, f64) {
     let (a, b) = arc.ends();
     let chord = b - a;
     let squared = chord.length_squared();
@@ -168,6 +168,9 @@ fn beside(s: &Strip, arc: &Arc, limit: f64) -> bool {
     off(p).max(off(q)) <= limit
 }
 
+/// Newton's method has settled when its last step is no longer than this; the next one would be its square.
+const SETTLED: f64 = 1e-8;
+
 /// Newton's method from the crossing of the chords. `None` if it leaves the arcs by more than `slack` of their
 /// parameter, or does not settle.
 fn newton(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip, slack: f64, work: &mut Work) -> Option<Meeting> {
@@ -179,6 +182,7 @@ fn newton(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip, slack: f64, work: &mut Work)
     let start = |along: f64, s: &Strip| if s.length > 0.0 { (along / s.length).clamp(0.0, 1.0) } else { 0.5 };
     let mut x = start(gap.perp_dot(sb.dir) / det, sa);
     let mut y = start(gap.perp_dot(sa.dir) / det, sb);
+    let mut step = f64::INFINITY;
     for _ in 0..12 {
         work.newton += 1;
         let ((pa, da), (pb, db)) = (a.jet(x), b.jet(y));
@@ -195,9 +199,14 @@ fn newton(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip, slack: f64, work: &mut Work)
         if !(-1.0..=2.0).contains(&x) || !(-1.0..=2.0).contains(&y) {
             return None;
         }
-        if dx.abs() <= 1e-13 && dy.abs() <= 1e-13 {
+        step = dx.abs().max(dy.abs());
+        if step <= 1e-13 {
             break;
         }
+    }
+    // Steps become no smaller than rounding makes them, the more so the smaller the angle between the arcs.
+    if step > SETTLED {
+        return None;
     }
     let inside = -slack..=1.0 + slack;
     if !(inside.contains(&x) && inside.contains(&y)) {
@@ -243,6 +252,7 @@ mod tests {
     use super::super::arc::Control;
     use super::*;
     use glam::DVec4;
+    use proptest::prelude::*;
 
     fn arc(points: &[[f64; 3]]) -> Arc {
         let points: Control = points.iter().map(|p| DVec4::new(p[0], p[1], p[2], 1.0)).collect();
@@ -261,6 +271,68 @@ mod tests {
         assert_eq!(m.len(), 1);
         let Meeting::Crossing { a, b, za, zb } = m[0] else { panic!("{m:?}") };
         assert!((a - 0.5).abs() < 1e-12 && (b - 0.5).abs() < 1e-12 && (za - 2.0).abs() < 1e-12 && zb == 5.0);
+    }
+
+    /// Newton's method from the crossing of the chords runs to and fro between these two and never settles.
+    #[test]
+    fn a_crossing_lies_on_both_arcs() {
+        let a = arc(&[
+            [-0.11024687638050482, 2.3609034428583273, 1.3206517048301176],
+            [-0.22049375276100963, 2.1532301967901675, 1.40642941078284],
+            [-0.7166046964732814, 1.8270477000186716, 2.0848992451989483],
+            [-0.7166046964732814, 1.6918594532330673, 2.01990587683698],
+        ]);
+        let b = arc(&[
+            [-0.38460957905632925, 1.579746934136184, 2.253103436548229],
+            [-0.7615269665315318, 1.626408135290863, 2.15604667312769],
+            [-1.055753294509624, 1.732229073623796, 1.9359357989418244],
+            [-1.2288276050849722, 1.8672132626784035, 1.655164447618122],
+        ]);
+        let found = all(&a, &b);
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn crossings_lie_on_both_arcs_and_none_is_missed(
+            coordinates in proptest::array::uniform16(-1.0..1.0_f64), bow in 0.0..0.5_f64
+        ) {
+            // Cubics of every shape, from straight ones to loops.
+            let points = |k: usize| -> Vec<[f64; 3]> {
+                let c = |i: usize| DVec2::new(coordinates[8 * k + 2 * i], coordinates[8 * k + 2 * i + 1]);
+                let (p, q) = (c(0), c(1));
+                let inner = |f: f64, i: usize| p.lerp(q, f) + bow * c(i);
+                [p, inner(1.0 / 3.0, 2), inner(2.0 / 3.0, 3), q].map(|p| [p.x, p.y, 0.0]).to_vec()
+            };
+            let (a, b) = (arc(&points(0)), arc(&points(1)));
+            let found = all(&a, &b);
+            for m in &found {
+                if let Meeting::Crossing { a: x, b: y, .. } = m {
+                    let apart = (a.jet(*x).0 - b.jet(*y).0).length();
+                    prop_assert!(apart < 1e-8, "{m:?} {apart}");
+                }
+            }
+            // Chords of both that clearly cross stand for a crossing of the arcs, whose curvature is small beside them.
+            const N: usize = 400;
+            let at = |arc: &Arc, k: usize| arc.jet(k as f64 / N as f64).0.truncate();
+            for i in 0..N {
+                let (p, q) = (at(&a, i), at(&a, i + 1));
+                for j in 0..N {
+                    let (r, s) = (at(&b, j), at(&b, j + 1));
+                    let det = (q - p).perp_dot(s - r);
+                    let (x, y) = ((r - p).perp_dot(s - r) / det, (r - p).perp_dot(q - p) / det);
+                    let steep = det.abs() > 0.1 * (q - p).length() * (s - r).length();
+                    if steep && (0.2..0.8).contains(&x) && (0.2..0.8).contains(&y) {
+                        let t = (i as f64 + x) / N as f64;
+                        let near = found.iter().any(|m| match m {
+                            Meeting::Crossing { a, .. } => (a - t).abs() < 2.0 / N as f64,
+                            Meeting::Overlap { a, .. } => a[0] - 2.0 / N as f64 <= t && t <= a[1] + 2.0 / N as f64,
+                        });
+                        prop_assert!(near, "at {t}: {found:?}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]
