@@ -7,9 +7,19 @@ use super::facing::Facing;
 use crate::line::{Axis, Line};
 
 /// Parameters at which a line meets the silhouette of the patches it runs in: the zeros of their facing polynomials on
-/// it, freed of factors that vanish all along it. Only those in `t`, ends included.
+/// it, freed of factors that vanish all along it, and the borders between patches all along which the facing vanishes. Only
+/// those in `t`, ends included.
 pub(super) fn facing_zeros(g: &Geometry<'_>, line: &Line, t: [f64; 2]) -> Vec<f64> {
     let mut out = Vec::new();
+    // Edges of a patch at the end of a span and at the beginning of the next one, in the order of `edge_factor`.
+    let (end, beginning) = if line.axis == Axis::U { (3, 2) } else { (1, 0) };
+    for w in line.spans.windows(2) {
+        let x = w[0].t[1];
+        let vanishes = g.forms[w[0].patch].edge_factor[end] > 0 || g.forms[w[1].patch].edge_factor[beginning] > 0;
+        if vanishes && t[0] <= x && x <= t[1] {
+            out.push(x);
+        }
+    }
     for s in &line.spans {
         if s.t[1] <= t[0] || s.t[0] >= t[1] {
             continue;
@@ -35,7 +45,7 @@ pub(super) fn facing_zeros(g: &Geometry<'_>, line: &Line, t: [f64; 2]) -> Vec<f6
 /// On which side of the directed line, on the screen, the patch lies that the line bounds at `t`: 1 left, −1 right, 0 if
 /// it is edge-on. It is the sign of the facing polynomial just inside, that is of its value on the line once factors that
 /// vanish all along the line are divided out; it changes at [`facing_zeros`] and between patches only.
-pub(super) fn lies_left(g: &Geometry<'_>, line: &Line, t: f64) -> i8 {
+pub(crate) fn lies_left(g: &Geometry<'_>, line: &Line, t: f64) -> i8 {
     let span = &line.spans[line.span_at(t)];
     let form = &g.forms[span.patch];
     let local = (t - span.t[0]) / (span.t[1] - span.t[0]);
