@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
-use crate::visibility::{ClassifyOptions, Occluders, Sighting, VisibilityStats, classify};
+use crate::visibility::{ClassifyOptions, Method, Occluders, Sighting, Subject, VisibilityStats, classify};
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct DrawOptions {
     pub isos: u32,
     /// Whether hidden parts are wanted, with their number of sheets in front.
     pub keep_hidden: bool,
+    /// Where the visibility of the pieces comes from.
+    pub visibility: Method,
     /// Largest angle between surfaces that join smoothly, radians.
     pub smooth_angle: f64,
 }
@@ -32,7 +34,13 @@ pub struct DrawOptions {
 impl Default for DrawOptions {
     /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree.
     fn default() -> Self {
-        Self { curves: CurveSet::default(), isos: 8, keep_hidden: false, smooth_angle: core::f64::consts::PI / 180.0 }
+        Self {
+            curves: CurveSet::default(),
+            isos: 8,
+            keep_hidden: false,
+            visibility: Method::default(),
+            smooth_angle: core::f64::consts::PI / 180.0,
+        }
     }
 }
 
@@ -198,12 +206,21 @@ impl Prepared {
         begin(Stage::Visibility);
         let occluders = Occluders::new(self.view.patches());
         let options = ClassifyOptions {
+            method: self.options.visibility,
             spacing: RAY_SPACING * size,
             resolution: 1e-9 * size,
             count_hidden: self.options.keep_hidden,
         };
-        let (sightings, visibility) =
-            classify(&self.geometry(), &self.curves, &arrangement, &self.stitching, &occluders, &options);
+        let subject = Subject {
+            geometry: self.geometry(),
+            curves: &self.curves,
+            arcs: &self.arcs,
+            chains: &self.chains,
+            arrangement: &arrangement,
+            stitching: &self.stitching,
+            occluders: &occluders,
+        };
+        let (sightings, visibility) = classify(&subject, &options);
         (sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() })
     }
 

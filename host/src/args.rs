@@ -49,6 +49,10 @@ pub struct DrawingArgs {
     /// What becomes of hidden curves: omit, dashed, or layer (in full, with pen 2)
     #[arg(long, value_name = "HOW", default_value = "omit")]
     pub hidden: String,
+    /// How visibility is found: rays (several to each piece of a curve), or propagate (one ray decides for all that is
+    /// linked to it)
+    #[arg(long, value_name = "HOW", default_value = "rays")]
+    pub visibility: String,
     /// Largest distance in mm between a curve and its polyline
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     pub tolerance: f64,

@@ -46,6 +46,7 @@ pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed
         curves: curve_set(options),
         isos: options.iso,
         keep_hidden: options.hidden != Hidden::Omit,
+        visibility: options.visibility,
         ..pipeline::DrawOptions::default()
     };
     let mut clock = StageClock { progress, running: None, seconds: Seconds { read, ..Seconds::default() } };

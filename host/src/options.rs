@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use penvis_core::scene::Scene;
 use penvis_core::stroke::CurveKind;
+use penvis_core::visibility::Method;
 use thiserror::Error;
 
 use crate::args::{DrawArgs, DrawingArgs};
@@ -181,6 +182,8 @@ pub struct DrawingOptions {
     pub iso: u32,
     /// What becomes of hidden curves.
     pub hidden: Hidden,
+    /// How visibility is found.
+    pub visibility: Method,
     /// Largest distance in mm between a curve and its polyline.
     pub tolerance_mm: f64,
     /// The sheet.
@@ -218,8 +221,13 @@ impl DrawingOptions {
             "layer" => Hidden::Layer,
             other => return Err(bad("--hidden", other, "is not one of omit, dashed, layer")),
         };
+        let visibility = match args.visibility.as_str() {
+            "rays" => Method::Rays,
+            "propagate" => Method::Propagate,
+            other => return Err(bad("--visibility", other, "is not one of rays, propagate")),
+        };
         let (models, view) = (models.to_vec(), ViewChoice::new(args)?);
-        Ok(Self { models, view, curves, iso, hidden, tolerance_mm: args.tolerance, page, margin_mm })
+        Ok(Self { models, view, curves, iso, hidden, visibility, tolerance_mm: args.tolerance, page, margin_mm })
     }
 }
 

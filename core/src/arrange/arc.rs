@@ -56,6 +56,11 @@ impl Arc {
         self.t[0] + x * (self.t[1] - self.t[0])
     }
 
+    /// Position at the curve parameter `t`, view space.
+    pub(crate) fn at(&self, t: f64) -> DVec3 {
+        self.jet((t - self.t[0]) / (self.t[1] - self.t[0])).0
+    }
+
     /// Position and derivative at the Bézier parameter `x`, view space.
     pub(crate) fn jet(&self, x: f64) -> (DVec3, DVec3) {
         let (h, d) = curve_jet(&self.points, x);

@@ -18,12 +18,12 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::extract::{Geometry, Path, SurfaceCurve};
+use crate::extract::{CurveKind, Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
 use crate::view::Patch;
 use arc::{Arc, Control, screen, split_control};
 use grid::Grid;
-use intersect::{Work, meetings};
+use intersect::{Work, meetings, nearest};
 use meeting::Meeting;
 use pierce::Sheets;
 
@@ -40,6 +40,33 @@ pub struct Piece {
     pub t: [f64; 2],
     /// The inked curve, nearer or first in order, that already draws the same line on the screen.
     pub covered_by: Option<usize>,
+    /// Whether it runs along something not behind it on the screen, drawn or not.
+    pub coincident: bool,
+    /// What separates it from the piece before it on the curve; nothing at the beginning of the curve.
+    pub entered: Vec<Cut>,
+    /// Whether the piece begins, and ends, where the curve does and something splits it there, other than the edge of its
+    /// own surface that it ends at: what continues the curve beyond its end may then have another invisibility.
+    pub crossed: [bool; 2],
+}
+
+/// Why a curve is split at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cut {
+    /// It meets the silhouette of its own surface there, or has a corner.
+    Own,
+    /// It goes through a surface that it does not belong to.
+    Piercing,
+    /// An active curve crosses it on the screen.
+    Crossing {
+        /// Index of the active curve.
+        with: usize,
+        /// The parameter of the active curve.
+        at: f64,
+        /// The active curve is nearer to the eye by more than what counts as a contact; else the two touch.
+        nearer: bool,
+    },
+    /// It begins or ends to run along another curve.
+    Overlap,
 }
 
 /// What arranging counted.
@@ -168,6 +195,43 @@ impl Arcs {
             widen(arc, slack, &mut found, 0);
         }
         found
+    }
+
+    /// The place of an active curve that is outermost in a direction on the screen: curve and parameter. None if places
+    /// more than `apart` away from it in space are as far out, to within `margin`: they may lie in front of it.
+    #[must_use]
+    pub(crate) fn outermost(&self, active: &[bool], direction: DVec2, margin: f64, apart: f64) -> Option<(usize, f64)> {
+        let reach = |a: &Arc| a.points.iter().map(|h| screen(*h).dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+        let ends = |a: &Arc| a.ends().0.dot(direction).max(a.ends().1.dot(direction));
+        let active = || self.arcs.iter().filter(|a| active[a.curve]);
+        let mut known = active().map(ends).fold(f64::NEG_INFINITY, f64::max);
+        let mut open: Vec<(Arc, u32)> =
+            active().filter(|a| reach(a) >= known - margin).map(|a| (a.clone(), 0)).collect();
+        let mut found: Vec<Arc> = Vec::new();
+        while let Some((arc, depth)) = open.pop() {
+            known = known.max(ends(&arc));
+            let far = reach(&arc);
+            if far < known - margin {
+                continue;
+            }
+            // A control polygon nears its arc by a factor of four with each halving.
+            if far - ends(&arc) <= margin || depth >= 20 {
+                found.push(arc);
+            } else {
+                let (a, b) = arc.halves();
+                open.extend([(a, depth + 1), (b, depth + 1)]);
+            }
+        }
+        found.retain(|a| reach(a) >= known - margin);
+        let best = found.iter().max_by(|a, b| ends(a).total_cmp(&ends(b)))?;
+        let (lo, hi) = (best.lo.extend(best.z[0]), best.hi.extend(best.z[1]));
+        let near = |a: &Arc| {
+            let (low, high) = (a.lo.extend(a.z[0]), a.hi.extend(a.z[1]));
+            (hi.max(high) - lo.min(low)).max_element() <= apart
+        };
+        let (p, q) = best.ends();
+        let x = if p.dot(direction) >= q.dot(direction) { 0.0 } else { 1.0 };
+        found.iter().all(near).then(|| (best.curve, best.param(x)))
     }
 
     fn of(&self, curve: usize) -> &[Arc] {
@@ -302,11 +366,10 @@ pub fn arrange(
     stitching: &Stitching,
     tolerance: Tolerance,
 ) -> Arrangement {
-    let Tolerance { resolution, contact } = tolerance;
     let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
-    let sheets = Sheets::new(patches, stitching.joined_surfaces(), contact);
-    let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, &sheets, resolution);
+    let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
+    let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, &sheets, tolerance);
     #[cfg(feature = "parallel")]
     let parts: Vec<_> = {
         use rayon::prelude::*;
@@ -346,18 +409,18 @@ fn split_curve(
     active: &[Arc],
     grid: &Grid,
     sheets: &Sheets,
-    resolution: f64,
+    tolerance: Tolerance,
 ) -> (Vec<Piece>, LengthTable, ArrangeStats) {
+    let Tolerance { resolution, contact } = tolerance;
     let curve = &curves[index];
     let table = arcs.length_table(curve, index);
     let mut stats = ArrangeStats::default();
     let mut work = Work::default();
-    let (mut cuts, mut overlaps) = (curve.splits.clone(), Vec::new());
+    let mut cuts: Vec<(f64, Cut)> = curve.splits.iter().map(|&t| (t, Cut::Own)).collect();
+    let (mut overlaps, mut pierced) = (Vec::new(), Vec::new());
     let (mut near, mut found) = (Vec::new(), Vec::new());
     for arc in arcs.of(index) {
-        let known = cuts.len();
-        stats.undecided += sheets.piercings(arc, &curve.surfaces, &mut cuts);
-        stats.piercings += (cuts.len() - known) as u64;
+        stats.undecided += sheets.piercings(arc, &curve.surfaces, &mut pierced);
         let margin = DVec2::splat(resolution);
         grid.near(arc.lo - margin, arc.hi + margin, &mut near);
         for &k in &near {
@@ -377,15 +440,17 @@ fn split_curve(
             meetings(arc, other, resolution, &mut found, &mut work);
             for m in &found {
                 match *m {
-                    Meeting::Crossing { a, za, zb, .. } => {
+                    Meeting::Crossing { a, b, za, zb } => {
                         // Touching counts: the curves then meet in space, and beyond the other one may turn away.
                         if zb >= za - resolution {
-                            cuts.push(a);
+                            let nearer = zb > za + contact;
+                            cuts.push((a, Cut::Crossing { with: other.curve, at: b, nearer }));
                             stats.crossings += 1;
                         }
                     }
                     Meeting::Overlap { a, za, zb, .. } => {
-                        if zb < za - resolution || own_contact(curve, &curves[other.curve], a, &table, resolution) {
+                        let theirs = (&curves[other.curve], arcs.of(other.curve));
+                        if zb < za - resolution || own_contact(curve, theirs, a, (arcs.of(index), &table), tolerance) {
                             continue;
                         }
                         let nearer = zb > za + resolution || !curve.active || other.curve < index;
@@ -401,21 +466,46 @@ fn split_curve(
     stats.undecided += work.undecided;
     let overlaps = merged(overlaps, &table, resolution);
     stats.overlaps = overlaps.len() as u64;
-    cuts.extend(overlaps.iter().flat_map(|o| o.t));
-    (cut(curve, index, &table, cuts, &overlaps, resolution), table, stats)
+    stats.piercings = pierced.len() as u64;
+    cuts.extend(pierced.into_iter().map(|t| (t, Cut::Piercing)));
+    cuts.extend(overlaps.iter().flat_map(|o| o.t).map(|t| (t, Cut::Overlap)));
+    let is_own_edge = |k: usize| {
+        let other = &curves[k];
+        other.kind != CurveKind::Silhouette && other.surfaces.iter().any(|s| curve.surfaces.contains(s))
+    };
+    (cut(curve, index, &table, cuts, &overlaps, resolution, is_own_edge), table, stats)
 }
 
 /// Whether an overlap is the tangency of a curve with the silhouette of its own surface. Both then touch in space at a
-/// place that is already known exactly, from parameter space, and run apart from there.
-fn own_contact(c: &SurfaceCurve, other: &SurfaceCurve, t: [f64; 2], table: &LengthTable, resolution: f64) -> bool {
-    if !matches!(other.path, Path::Traced(_)) || !c.surfaces.contains(&other.surface) {
+/// place that is already known exactly, from parameter space, and run apart from there. Near a cusp another branch of the
+/// silhouette may run as near on the screen, but that one is nearer to the eye, or farther.
+fn own_contact(
+    c: &SurfaceCurve,
+    other: (&SurfaceCurve, &[Arc]),
+    t: [f64; 2],
+    (arcs, table): (&[Arc], &LengthTable),
+    Tolerance { resolution, contact }: Tolerance,
+) -> bool {
+    if !matches!(other.0.path, Path::Traced(_)) || !c.surfaces.contains(&other.0.surface) {
         return false;
     }
     let (l0, l1) = (table.length_at(t[0].min(t[1])), table.length_at(t[0].max(t[1])));
     // A tangency of curvature 1/R stays within the resolution r for √(8 r R); R is at most the picture's size.
     let reach = libm::sqrt(8.0 * resolution * table.total()).max(l1 - l0);
-    let near = |x: f64| (l0 - reach..=l1 + reach).contains(&table.length_at(x));
-    c.splits.iter().chain(&c.domain).any(|&s| near(s))
+    let near = |x: &&f64| (l0 - reach..=l1 + reach).contains(&table.length_at(**x));
+    let touches = |&s: &f64| {
+        let Some(p) = arcs.iter().find(|a| a.t[0] <= s && s <= a.t[1]).map(|a| a.at(s)) else { return false };
+        other.1.iter().any(|arc| {
+            let limit = 4.0 * resolution + 2.0 * arc.error;
+            let margin = DVec2::splat(limit);
+            let inside = p.truncate().cmpge(arc.lo - margin).all() && p.truncate().cmple(arc.hi + margin).all();
+            inside && {
+                let (x, distance) = nearest(arc, p.truncate());
+                distance <= limit && (arc.jet(x).0.z - p.z).abs() <= contact
+            }
+        })
+    };
+    c.splits.iter().chain(&c.domain).filter(near).any(touches)
 }
 
 /// Overlaps with the same curve that follow one another, made one.
@@ -441,35 +531,62 @@ fn cut(
     curve: &SurfaceCurve,
     index: usize,
     table: &LengthTable,
-    mut cuts: Vec<f64>,
+    mut cuts: Vec<(f64, Cut)>,
     overlaps: &[Overlap],
     resolution: f64,
+    is_own_edge: impl Fn(usize) -> bool,
 ) -> Vec<Piece> {
     let [a, b] = curve.domain;
     if table.total() <= resolution {
         return Vec::new();
     }
-    cuts.sort_by(f64::total_cmp);
-    let mut kept = Vec::with_capacity(cuts.len() + 2);
-    kept.push(a);
+    cuts.sort_by(|x, y| x.0.total_cmp(&y.0));
     let end = table.total();
     let least = 4.0 * resolution;
     let mut last = 0.0;
-    for t in cuts {
+    let piece = |t: f64, entered: Vec<Cut>| Piece {
+        curve: index,
+        t: [t, b],
+        covered_by: None,
+        coincident: false,
+        entered,
+        crossed: [false; 2],
+    };
+    let mut pieces = Vec::with_capacity(cuts.len() + 1);
+    pieces.push(piece(a, Vec::new()));
+    for (t, cut) in cuts {
         let l = table.length_at(t);
-        if l > last + least && l < end - least {
-            kept.push(t);
+        let touches = matches!(cut, Cut::Crossing { with, nearer: false, .. } if is_own_edge(with));
+        if l >= end - least {
+            if let Some(last) = pieces.last_mut() {
+                last.crossed[1] |= !touches;
+            }
+            continue;
+        }
+        if l > last + least {
+            if let Some(before) = pieces.last_mut() {
+                before.t[1] = t;
+            }
+            pieces.push(piece(t, Vec::new()));
             last = l;
         }
+        let first = pieces.len() == 1;
+        if let Some(here) = pieces.last_mut() {
+            // What is nearer to the beginning of the curve than the resolution separates nothing.
+            if first {
+                here.crossed[0] |= !touches;
+            } else {
+                here.entered.push(cut);
+            }
+        }
     }
-    kept.push(b);
-    kept.windows(2)
-        .map(|w| {
-            let m = 0.5 * (w[0] + w[1]);
-            let covered_by = overlaps.iter().filter(|o| o.drawn && o.t[0] <= m && m <= o.t[1]).map(|o| o.with).min();
-            Piece { curve: index, t: [w[0], w[1]], covered_by }
-        })
-        .collect()
+    for p in &mut pieces {
+        let m = 0.5 * (p.t[0] + p.t[1]);
+        let here = || overlaps.iter().filter(|o| o.t[0] <= m && m <= o.t[1]);
+        p.coincident = here().next().is_some();
+        p.covered_by = here().filter(|o| o.drawn).map(|o| o.with).min();
+    }
+    pieces
 }
 
 #[cfg(test)]

@@ -15,4 +15,5 @@ pub mod zero_set;
 pub use collect::{CurveOptions, CurveSet, curves};
 pub use curve::{Geometry, Path, SurfaceCurve};
 pub use kind::CurveKind;
+pub(crate) use on_line::lies_left;
 pub use undecided::UndecidedPart;

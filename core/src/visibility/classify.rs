@@ -1,18 +1,32 @@
-//! Quantitative invisibility of every piece, by rays.
+//! Quantitative invisibility of every piece: by rays, or from piece to piece.
 
 use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
-use super::Certainty;
-use super::{Exclusion, Occluders, RayScratch};
-use crate::arrange::{Arrangement, LengthTable, Piece};
+use super::propagate::propagate;
+use super::{Certainty, Exclusion, Occluders, RayScratch};
+use crate::arrange::{Arcs, Arrangement, LengthTable, Piece};
+use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
+
+/// Where the visibility of a piece comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Every piece is asked for by rays, several along a long one.
+    #[default]
+    Rays,
+    /// One ray decides for all pieces that are linked to the one it was fired at, and no ray is needed for what is linked
+    /// to the outline of the picture. Where two ways to a piece disagree, rays decide.
+    Propagate,
+}
 
 /// How visibility is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClassifyOptions {
+    /// Where the answers come from.
+    pub method: Method,
     /// Largest distance between two rays along a piece, screen units. A piece has one visibility by construction, but
     /// for surfaces that pierce each other; rays this close find where.
     pub spacing: f64,
@@ -20,6 +34,54 @@ pub struct ClassifyOptions {
     pub resolution: f64,
     /// Whether hidden pieces are wanted with their exact number of sheets, or only as hidden.
     pub count_hidden: bool,
+}
+
+/// Extent of an outermost place, of the size. Along a curve of radius R, what is no farther in than the margin m reaches
+/// over 2 √(2 R m); surfaces lie one behind the other at greater distances than that, or their outlines coincide.
+const OUTLYING: f64 = 1e-2;
+
+/// What is asked about: everything that earlier stages made.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// What evaluates the curves.
+    pub geometry: Geometry<'a>,
+    /// All curves.
+    pub curves: &'a [SurfaceCurve],
+    /// Their arcs.
+    pub arcs: &'a Arcs,
+    /// The silhouettes among them, chained.
+    pub chains: &'a SilhouetteChains,
+    /// Their pieces.
+    pub arrangement: &'a Arrangement,
+    /// Which boundaries coincide.
+    pub stitching: &'a Stitching,
+    /// The surfaces.
+    pub occluders: &'a Occluders,
+}
+
+impl Subject<'_> {
+    /// Stitched curves agree to this, in view space; anything farther is another part of the side.
+    pub(super) fn reach(&self) -> f64 {
+        1e-5 * self.geometry.view.size()
+    }
+
+    /// The piece whose inside holds the outermost point of the picture in a direction, if that is a single place in space:
+    /// nothing lies in front of it.
+    pub(super) fn outermost(&self, direction: DVec2, margin: f64) -> Option<usize> {
+        let active: Vec<bool> = self.curves.iter().map(|c| c.active).collect();
+        let (curve, t) = self.arcs.outermost(&active, direction, margin, OUTLYING * self.geometry.view.size())?;
+        let table = &self.arrangement.lengths[curve];
+        let l = table.length_at(t);
+        self.arrangement.pieces.iter().position(|p| {
+            let [a, b] = p.t.map(|x| table.length_at(x));
+            p.curve == curve && !p.coincident && a + margin < l && l < b - margin
+        })
+    }
+
+    /// Whether a piece has to be decided: it is inked, and no other curve draws the same line.
+    pub(super) fn wanted(&self, piece: &Piece) -> bool {
+        piece.covered_by.is_none() && self.curves[piece.curve].inked
+    }
 }
 
 /// A part of a curve with its quantitative invisibility.
@@ -51,61 +113,73 @@ pub struct VisibilityStats {
     pub rays_active: u64,
     /// Rays to points of passive curves.
     pub rays_passive: u64,
-    /// Pieces whose visibility came from a neighbour without a ray.
+    /// Pieces whose visibility came from another one, or from the outline, without a ray.
     pub propagated: u64,
-    /// Pieces along which rays disagreed, so that a change was sought and found inside.
+    /// Pieces along which rays disagreed, so that a change was sought and found inside, and links between pieces that
+    /// disagreed, so that rays decided.
     pub disagreements: u64,
     /// Where nothing could be decided.
     pub undecided: Vec<UndecidedPlace>,
 }
 
-/// Asks for the visibility of every piece that has to be inked. Pieces drawn by another curve are left out.
+impl VisibilityStats {
+    fn add(&mut self, other: Self) {
+        self.rays_active += other.rays_active;
+        self.rays_passive += other.rays_passive;
+        self.propagated += other.propagated;
+        self.disagreements += other.disagreements;
+        self.undecided.extend(other.undecided);
+    }
+}
+
+/// Decides the visibility of every piece that has to be inked, in the order of the pieces. Pieces drawn by another curve
+/// are left out.
 #[must_use]
-pub fn classify(
-    g: &Geometry<'_>,
-    curves: &[SurfaceCurve],
-    arrangement: &Arrangement,
-    stitching: &Stitching,
-    occluders: &Occluders,
+pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighting>, VisibilityStats) {
+    let pieces = &subject.arrangement.pieces;
+    let mut stats = VisibilityStats::default();
+    let known = match options.method {
+        Method::Rays => Vec::new(),
+        Method::Propagate => propagate(subject, options, &mut stats),
+    };
+    let by_rays = |k: &usize| known.get(*k).copied().flatten().is_none();
+    let wanted = (0..pieces.len()).filter(|&k| subject.wanted(&pieces[k]));
+    let (asked, told): (Vec<usize>, Vec<usize>) = wanted.partition(by_rays);
+    let mut all: Vec<(usize, Sighting)> = Vec::with_capacity(pieces.len());
+    for k in told {
+        if let Some((qi, certainty)) = known[k] {
+            all.push((k, Sighting { curve: pieces[k].curve, t: pieces[k].t, qi, certainty }));
+        }
+    }
+    for (k, (seen, s)) in asked.iter().zip(ask_all(subject, options, &asked)) {
+        all.extend(seen.into_iter().map(|sighting| (*k, sighting)));
+        stats.add(s);
+    }
+    all.sort_by_key(|a| a.0);
+    (all.into_iter().map(|a| a.1).collect(), stats)
+}
+
+/// Fires rays along pieces, by their indices.
+fn ask_all(
+    subject: &Subject<'_>,
     options: &ClassifyOptions,
-) -> (Vec<Sighting>, VisibilityStats) {
-    let todo: Vec<&Piece> =
-        arrangement.pieces.iter().filter(|p| p.covered_by.is_none() && curves[p.curve].inked).collect();
-    let look = |scratch: &mut RayScratch, piece: &&Piece| {
-        let mut watch = Watch {
-            g,
-            curve: &curves[piece.curve],
-            table: &arrangement.lengths[piece.curve],
-            piece,
-            stitching,
-            occluders,
-            options,
-            scratch,
-            stats: VisibilityStats::default(),
-        };
+    pieces: &[usize],
+) -> Vec<(Vec<Sighting>, VisibilityStats)> {
+    let look = |scratch: &mut RayScratch, k: &usize| {
+        let mut watch = Watch::new(subject, options, *k, scratch);
         let seen = watch.piece();
         (seen, watch.stats)
     };
     #[cfg(feature = "parallel")]
-    let parts: Vec<_> = {
+    {
         use rayon::prelude::*;
-        todo.par_iter().map_init(RayScratch::default, look).collect()
-    };
-    #[cfg(not(feature = "parallel"))]
-    let parts: Vec<_> = {
-        let mut scratch = RayScratch::default();
-        todo.iter().map(|p| look(&mut scratch, p)).collect()
-    };
-    let (mut all, mut stats) = (Vec::with_capacity(parts.len()), VisibilityStats::default());
-    for (seen, s) in parts {
-        all.extend(seen);
-        stats.rays_active += s.rays_active;
-        stats.rays_passive += s.rays_passive;
-        stats.propagated += s.propagated;
-        stats.disagreements += s.disagreements;
-        stats.undecided.extend(s.undecided);
+        pieces.par_iter().map_init(RayScratch::default, look).collect()
     }
-    (all, stats)
+    #[cfg(not(feature = "parallel"))]
+    {
+        let mut scratch = RayScratch::default();
+        pieces.iter().map(|k| look(&mut scratch, k)).collect()
+    }
 }
 
 /// One answer along a piece.
@@ -117,22 +191,39 @@ struct Sample {
     contact: bool,
 }
 
-struct Watch<'a> {
-    g: &'a Geometry<'a>,
+pub(super) struct Watch<'a> {
+    subject: &'a Subject<'a>,
+    options: &'a ClassifyOptions,
+    piece: &'a Piece,
     curve: &'a SurfaceCurve,
     table: &'a LengthTable,
-    piece: &'a Piece,
-    stitching: &'a Stitching,
-    occluders: &'a Occluders,
-    options: &'a ClassifyOptions,
     scratch: &'a mut RayScratch,
-    stats: VisibilityStats,
+    pub(super) stats: VisibilityStats,
 }
 
 /// Rays along one piece at the most; beyond it a piece is long enough that finer sampling is another stage's work.
 const MOST_SAMPLES: usize = 256;
 
-impl Watch<'_> {
+impl<'a> Watch<'a> {
+    pub(super) fn new(
+        subject: &'a Subject<'a>,
+        options: &'a ClassifyOptions,
+        piece: usize,
+        scratch: &'a mut RayScratch,
+    ) -> Self {
+        let piece = &subject.arrangement.pieces[piece];
+        let (curve, table) = (&subject.curves[piece.curve], &subject.arrangement.lengths[piece.curve]);
+        Self { subject, options, piece, curve, table, scratch, stats: VisibilityStats::default() }
+    }
+
+    /// The answer of one ray to the piece, if there is a clear one.
+    pub(super) fn once(&mut self) -> Option<(u32, Certainty)> {
+        let [a, b] = self.piece.t;
+        let sample = self.clear_sample(self.table.length_at(a), self.table.length_at(b), 0, 1);
+        let certainty = if sample.contact { Certainty::Tolerance } else { Certainty::Proven };
+        sample.clear.then_some((sample.qi, certainty))
+    }
+
     fn piece(&mut self) -> Vec<Sighting> {
         let [a, b] = self.piece.t;
         let (la, lb) = (self.table.length_at(a), self.table.length_at(b));
@@ -169,7 +260,7 @@ impl Watch<'_> {
                 for s in &mut out {
                     s.certainty = Certainty::Undecided;
                 }
-                let at = self.curve.model_point(self.g, last.t);
+                let at = self.curve.model_point(&self.subject.geometry, last.t);
                 self.stats.undecided.push(UndecidedPlace { at, why: "every sight line meets a fold or a border" });
             }
         } else {
@@ -221,45 +312,44 @@ impl Watch<'_> {
         } else {
             self.stats.rays_passive += 1;
         }
-        let p = self.curve.point(self.g, t);
+        let p = self.curve.point(&self.subject.geometry, t);
         let exclusions = self.exclusions(t, p);
-        let answer = self.occluders.query(p, &exclusions, self.scratch);
+        let answer = self.subject.occluders.query(p, &exclusions, self.scratch);
         Sample { t, qi: answer.qi, clear: answer.clear, contact: answer.contact }
     }
 
     /// The point's own places on its surfaces, which must not count as being in front of it: by identity in parameter
     /// space, on the curve's surface and on whatever is stitched to it there.
     fn exclusions(&self, t: f64, p: DVec3) -> Vec<Exclusion> {
-        let uv = self.curve.uv(self.g, t);
+        let uv = self.curve.uv(&self.subject.geometry, t);
         let own = self.curve.surface;
         let traced = matches!(self.curve.path, Path::Traced(_));
         let radius = if traced { self.fold_radius(t, uv) } else { self.parameter_size(own, uv) * LINE_RADIUS };
         let mut out = Vec::with_capacity(4);
         out.push(Exclusion { surface: own, uv, radius });
-        let mut add = |side: usize, least: f64| {
-            let line = &self.stitching.sides[side].line;
+        let reach = self.subject.reach();
+        let mut add = |side: usize| {
+            let line = &self.subject.stitching.sides[side].line;
             let (ts, d) = line.nearest(p);
-            // Stitched curves agree to the stitching tolerance; anything farther is another part of the side.
-            if d <= least {
+            if d <= reach {
                 let uv = line.uv(ts);
                 let r = self.parameter_size(line.surface, uv) * PARTNER_RADIUS;
                 out.push(Exclusion { surface: line.surface, uv, radius: r.max(DVec2::ZERO) });
             }
         };
-        let reach = 1e-5 * self.g.view.size();
         for &s in &self.curve.sides {
-            add(s, reach);
+            add(s);
         }
         if self.curve.sides.is_empty() {
-            let grid = &self.g.view.surfaces()[own];
+            let grid = &self.subject.geometry.view.surfaces()[own];
             let (u, v) = (&grid.u_breaks, &grid.v_breaks);
             let gaps = [uv.x - u[0], u[u.len() - 1] - uv.x, uv.y - v[0], v[v.len() - 1] - uv.y];
             for (k, gap) in gaps.iter().enumerate() {
                 let r = if k < 2 { radius.x } else { radius.y };
                 if *gap <= r {
-                    for edge in self.stitching.edges_of(4 * own + k) {
+                    for edge in self.subject.stitching.edges_of(4 * own + k) {
                         for &partner in &edge.partners {
-                            add(partner, reach);
+                            add(partner);
                         }
                     }
                 }
@@ -270,8 +360,8 @@ impl Watch<'_> {
 
     /// Size of the patch that holds `uv`, in surface parameters.
     fn parameter_size(&self, surface: usize, uv: DVec2) -> DVec2 {
-        let (patch, _) = self.g.view.locate(surface, uv, [false; 2]);
-        let p = &self.g.view.patches()[patch];
+        let (patch, _) = self.subject.geometry.view.locate(surface, uv, [false; 2]);
+        let p = &self.subject.geometry.view.patches()[patch];
         DVec2::new(p.u[1] - p.u[0], p.v[1] - p.v[0])
     }
 
@@ -280,7 +370,7 @@ impl Watch<'_> {
     /// flat. A quarter of the way to the ends of the piece at most, where a cusp may be.
     fn fold_radius(&self, t: f64, uv: DVec2) -> DVec2 {
         let [a, b] = self.piece.t;
-        let (p, q) = (self.curve.uv(self.g, a), self.curve.uv(self.g, b));
+        let (p, q) = (self.curve.uv(&self.subject.geometry, a), self.curve.uv(&self.subject.geometry, b));
         let size = self.parameter_size(self.curve.surface, uv);
         let room = ((p - uv) / size).length().min(((q - uv) / size).length());
         let closed = a == self.curve.domain[0] && b == self.curve.domain[1] && (p - q).length() == 0.0;

@@ -6,6 +6,9 @@
 //! without solving for it (in the spirit of lemma 5.1 of Elber and Cohen 1989, *Hidden curve removal for free form
 //! surfaces*); the rest by Newton's method under a certificate, and near folds by further subdivision.
 //!
+//! A piece of a curve has one quantitative invisibility. It is asked for by rays, or carried over from pieces that it is
+//! linked to; see [`Method`].
+//!
 //! What a point lies on is excluded by identity, surface and parameters, never by an offset in depth.
 
 mod certainty;
@@ -13,11 +16,13 @@ mod classify;
 mod coverage;
 mod hierarchy;
 mod leaf;
+mod links;
 mod pole;
+mod propagate;
 mod ray;
 
 pub use certainty::Certainty;
-pub use classify::{ClassifyOptions, Sighting, UndecidedPlace, VisibilityStats, classify};
+pub use classify::{ClassifyOptions, Method, Sighting, Subject, UndecidedPlace, VisibilityStats, classify};
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 
