@@ -7,6 +7,7 @@
 //! | module | gives |
 //! |---|---|
 //! | [`bernstein`] | polynomials in Bernstein form: arithmetic, bounds, roots, zero sets |
+//! | [`stop`] | a way to stop a long computation |
 //! | [`nurbs`] | checked knot vectors, curves and surfaces |
 //! | [`shape`] | exact planes, quadrics, tori, ruled surfaces, extrusions, solids of revolution |
 //! | [`scene`] | the surfaces of a model |
@@ -28,8 +29,8 @@
 //! let surfaces = vec![scene::SceneSurface { name: "torus".into(), surface: torus }];
 //! let scene = scene::Scene { name: "ring".into(), surfaces };
 //! let camera = view::Camera::orthographic(DVec3::new(1.0, -2.0, 1.0), DVec3::Z)?;
-//! let prepared = pipeline::Prepared::new(&scene, &camera, &pipeline::DrawOptions::default(), &mut |_| {})?;
-//! let strokes = prepared.trace(0.001, &mut |_| {}).strokes;
+//! let prepared = pipeline::Prepared::new(&scene, &camera, &pipeline::DrawOptions::default(), &())?;
+//! let strokes = prepared.trace(0.001, &())?.strokes;
 //! assert!(strokes.iter().all(|s| s.qi == 0 && s.points.len() >= 2));
 //! # Ok(())
 //! # }
@@ -52,6 +53,7 @@ pub mod pipeline;
 pub mod scene;
 pub mod shape;
 pub mod stitch;
+pub mod stop;
 pub mod stroke;
 pub mod view;
 pub mod visibility;

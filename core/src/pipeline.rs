@@ -12,6 +12,7 @@ use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes
 use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
+use crate::stop::{Stop, Stopped};
 use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
 use crate::visibility::{ClassifyOptions, Method, Occluders, Sighting, Subject, VisibilityStats, classify};
@@ -23,8 +24,8 @@ pub struct DrawOptions {
     pub curves: CurveSet,
     /// Isocurves a direction and surface.
     pub isos: u32,
-    /// Whether hidden parts are wanted, with their number of sheets in front.
-    pub keep_hidden: bool,
+    /// Most sheets that a wanted part may have in front of it: 0 for what is visible alone, `u32::MAX` for everything.
+    pub deepest: u32,
     /// Where the visibility of the pieces comes from.
     pub visibility: Method,
     /// Largest angle between surfaces that join smoothly, radians.
@@ -37,7 +38,7 @@ impl Default for DrawOptions {
         Self {
             curves: CurveSet::default(),
             isos: 8,
-            keep_hidden: false,
+            deepest: 0,
             visibility: Method::default(),
             smooth_angle: core::f64::consts::PI / 180.0,
         }
@@ -82,8 +83,32 @@ pub struct Stats {
     pub visibility: VisibilityStats,
 }
 
-/// Told when a stage begins.
-pub type Observer<'a> = &'a mut dyn FnMut(Stage);
+/// Watches over a computation. `()` looks away.
+pub trait Monitor: Sync {
+    /// Told when a stage begins.
+    fn begin(&self, stage: Stage) {
+        let _ = stage;
+    }
+
+    /// Whether to stop. Asked often, from any thread; once it has said so, it has to go on saying so.
+    fn stops(&self) -> bool {
+        false
+    }
+}
+
+impl Monitor for () {}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The camera does not see the scene.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The monitor stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
 
 /// Coincidence and crossings on the screen are resolved to this fraction of the scene's size: three nanometres on a
 /// sheet of 300 mm, and ten times the error to which traced curves are represented.
@@ -120,18 +145,28 @@ impl Prepared {
     /// Projects, stitches and extracts.
     ///
     /// # Errors
-    /// If the scene is empty or reaches the eye plane.
-    pub fn new(scene: &Scene, camera: &Camera, options: &DrawOptions, begin: Observer<'_>) -> Result<Self, ViewError> {
-        begin(Stage::View);
+    /// If the scene is empty or reaches the eye plane, or the monitor stops it.
+    pub fn new(
+        scene: &Scene,
+        camera: &Camera,
+        options: &DrawOptions,
+        monitor: &dyn Monitor,
+    ) -> Result<Self, PictureError> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        monitor.begin(Stage::View);
         let view = ViewScene::new(scene, camera)?;
         let size = view.size();
-        begin(Stage::Stitch);
+        monitor.begin(Stage::Stitch);
         let stitch = StitchOptions { distance: STITCH * size, angle: options.smooth_angle };
-        let stitching = Stitching::new(&view, &stitch);
-        begin(Stage::Extract);
-        let (forms, facing) = facing_of_all(view.patches());
+        let stitching = Stitching::new(&view, &stitch, stop);
+        stop.check()?;
+        monitor.begin(Stage::Extract);
+        let (forms, facing) = facing_of_all(view.patches(), stop);
+        stop.check()?;
         let trace = SilhouetteOptions { chord: TRACE_CHORD * size, normal_angle: TRACE_ANGLE };
-        let traced = silhouettes(view.patches(), &forms, trace);
+        let traced = silhouettes(view.patches(), &forms, trace, stop);
+        stop.check()?;
         let g = Geometry { view: &view, forms: &forms };
         let gather = CurveOptions {
             wanted: options.curves,
@@ -139,10 +174,12 @@ impl Prepared {
             angle: options.smooth_angle,
             contact: STITCH * size,
         };
-        let curves = curves(&g, &stitching, &traced, &gather);
+        let curves = curves(&g, &stitching, &traced, &gather, stop);
+        stop.check()?;
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
         let chains = silhouette_chains(&g, &stitching, &curves, chaining);
-        let arcs = Arcs::new(&curves, &g, FIT * size);
+        let arcs = Arcs::new(&curves, &g, FIT * size, stop);
+        stop.check()?;
         let stats = Stats {
             surfaces: view.surfaces().len() as u64,
             patches: view.patches().len() as u64,
@@ -193,23 +230,29 @@ impl Prepared {
     }
 
     /// Splits and decides visibility: every inked curve in parts of one quantitative invisibility each, hidden ones too.
-    /// The number of sheets before a hidden part is exact if hidden parts are to be kept, else at least one.
-    #[must_use]
-    pub fn sightings(&self, begin: Observer<'_>) -> (Vec<Sighting>, Stats) {
+    /// The number of sheets before a hidden part is exact if hidden parts are wanted, else at least one.
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn sightings(&self, monitor: &dyn Monitor) -> Result<(Vec<Sighting>, Stats), Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
         let size = self.view.size();
-        begin(Stage::Arrange);
+        monitor.begin(Stage::Arrange);
         let tolerance = Tolerance { resolution: RESOLUTION * size, contact: STITCH * size };
         // A patch seen edge-on hides nothing, so that it does not matter where a curve pierces it.
         let covering = self.view.patches().iter().zip(&self.forms).filter(|(_, f)| f.facing != Facing::EdgeOn);
         let patches: Vec<&Patch> = covering.map(|(p, _)| p).collect();
-        let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, tolerance);
-        begin(Stage::Visibility);
-        let occluders = Occluders::new(self.view.patches());
+        let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, tolerance, stop);
+        stop.check()?;
+        monitor.begin(Stage::Visibility);
+        let occluders = Occluders::new(self.view.patches(), stop);
+        stop.check()?;
         let options = ClassifyOptions {
             method: self.options.visibility,
             spacing: RAY_SPACING * size,
             resolution: 1e-9 * size,
-            count_hidden: self.options.keep_hidden,
+            count_hidden: self.options.deepest > 0,
         };
         let subject = Subject {
             geometry: self.geometry(),
@@ -219,22 +262,29 @@ impl Prepared {
             arrangement: &arrangement,
             stitching: &self.stitching,
             occluders: &occluders,
+            stop,
         };
         let (sightings, visibility) = classify(&subject, &options);
-        (sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() })
+        stop.check()?;
+        Ok((sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() }))
     }
 
     /// Splits, decides visibility, and flattens with chords within `tolerance` (screen units).
-    #[must_use]
-    pub fn trace(&self, tolerance: f64, begin: Observer<'_>) -> Traced {
-        let (mut sightings, stats) = self.sightings(begin);
-        begin(Stage::Stroke);
-        if !self.options.keep_hidden {
-            sightings.retain(|s| s.qi == 0);
-        }
-        let strokes = flatten(&self.geometry(), &self.curves, &sightings, tolerance);
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn trace(&self, tolerance: f64, monitor: &dyn Monitor) -> Result<Traced, Stopped> {
+        let (mut sightings, stats) = self.sightings(monitor)?;
+        monitor.begin(Stage::Stroke);
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        sightings.retain(|s| s.qi <= self.options.deepest);
+        let strokes = flatten(&self.geometry(), &self.curves, &sightings, tolerance, stop);
+        stop.check()?;
         let gap = 2.0 * STITCH * self.view.size();
-        Traced { strokes: chain(strokes, gap, gap), stats }
+        let strokes = chain(strokes, gap, gap);
+        stop.check()?;
+        Ok(Traced { strokes, stats })
     }
 }
 
@@ -249,6 +299,8 @@ pub struct Traced {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use super::*;
     use crate::nurbs::{KnotVector, Surface};
     use crate::scene::SceneSurface;
@@ -270,8 +322,8 @@ mod tests {
 
     fn traced(scene: &Scene, eye: DVec3, options: &DrawOptions) -> Traced {
         let camera = Camera::orthographic(eye, DVec3::Z).unwrap();
-        let prepared = Prepared::new(scene, &camera, options, &mut |_| {}).unwrap();
-        prepared.trace(1e-3, &mut |_| {})
+        let prepared = Prepared::new(scene, &camera, options, &()).unwrap();
+        prepared.trace(1e-3, &()).unwrap()
     }
 
     #[test]
@@ -283,20 +335,57 @@ mod tests {
         assert!(t.strokes.iter().all(|s| s.kind != crate::stroke::CurveKind::Silhouette));
     }
 
+    /// Remembers stages.
+    #[derive(Default)]
+    struct Recorder(std::sync::Mutex<Vec<Stage>>);
+
+    impl Monitor for Recorder {
+        fn begin(&self, stage: Stage) {
+            self.0.lock().unwrap().push(stage);
+        }
+    }
+
+    /// Stops when it has been asked so often.
+    struct Patience(std::sync::atomic::AtomicI64);
+
+    impl Monitor for Patience {
+        fn stops(&self) -> bool {
+            self.0.fetch_sub(1, std::sync::atomic::Ordering::Relaxed) <= 0
+        }
+    }
+
+    #[test]
+    fn a_monitor_stops_everywhere() {
+        let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
+        let run = |patience: i64| {
+            let monitor = Patience(patience.into());
+            let prepared = match Prepared::new(&saddle(), &camera, &DrawOptions::default(), &monitor) {
+                Ok(prepared) => prepared,
+                Err(error) => {
+                    assert_eq!(error, PictureError::Stopped(Stopped));
+                    return true;
+                }
+            };
+            prepared.trace(1e-3, &monitor).is_err()
+        };
+        assert!((0..40).all(run));
+        assert!(!run(1_000_000));
+    }
+
     #[test]
     fn stages_follow_one_another() {
-        let mut seen = Vec::new();
+        let seen = Recorder::default();
         let camera = Camera::orthographic(DVec3::X, DVec3::Z).unwrap();
-        let prepared = Prepared::new(&saddle(), &camera, &DrawOptions::default(), &mut |s| seen.push(s)).unwrap();
-        let _strokes = prepared.trace(1e-3, &mut |s| seen.push(s));
+        let prepared = Prepared::new(&saddle(), &camera, &DrawOptions::default(), &seen).unwrap();
+        let _strokes = prepared.trace(1e-3, &seen).unwrap();
         let order = [Stage::View, Stage::Stitch, Stage::Extract, Stage::Arrange, Stage::Visibility, Stage::Stroke];
-        assert_eq!(seen, order);
+        assert_eq!(*seen.0.lock().unwrap(), order);
     }
 
     #[test]
     fn the_eye_inside_a_model_is_refused_by_name() {
         let camera = Camera::perspective(DVec3::new(0.0, 0.0, 0.1), DVec3::X, DVec3::Z).unwrap();
-        let got = Prepared::new(&saddle(), &camera, &DrawOptions::default(), &mut |_| {});
-        assert!(matches!(got, Err(ViewError::BehindEye { index: 0, .. })));
+        let got = Prepared::new(&saddle(), &camera, &DrawOptions::default(), &());
+        assert!(matches!(got, Err(PictureError::View(ViewError::BehindEye { index: 0, .. }))));
     }
 }

@@ -9,6 +9,7 @@ use alloc::vec::Vec;
 use glam::{DVec3, DVec4};
 
 use crate::line::{Axis, Line};
+use crate::stop::Stop;
 use crate::view::{MAX_DEGREE, ViewScene, curve_point};
 
 /// One of the four boundary curves of a surface.
@@ -81,7 +82,7 @@ impl Stitching {
     /// no shorter than a sixteenth of the interval between knots. Cost: one box test a pair of sides, 5 nearest-point
     /// searches an interval of each pair whose boxes meet, and 16 for each that coincides.
     #[must_use]
-    pub fn new(view: &ViewScene, options: &StitchOptions) -> Self {
+    pub fn new(view: &ViewScene, options: &StitchOptions, stop: Stop<'_>) -> Self {
         let mut sides = Vec::with_capacity(4 * view.surfaces().len());
         for (s, grid) in view.surfaces().iter().enumerate() {
             let (u, v) = (&grid.u_breaks, &grid.v_breaks);
@@ -105,6 +106,9 @@ impl Stitching {
         let near = near_pairs(&sides, options.distance);
         let mut edges = Vec::new();
         for i in 0..sides.len() {
+            if stop.is_wanted() {
+                break;
+            }
             if !sides[i].collapsed {
                 side_edges(view, &sides, i, &near[i], options, &mut edges);
             }
@@ -310,7 +314,7 @@ mod tests {
         let surfaces = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface }).collect();
         let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
         let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
-        Stitching::new(&view, &StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 })
+        Stitching::new(&view, &StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 }, Stop::NEVER)
     }
 
     fn classes(s: &Stitching) -> [usize; 3] {

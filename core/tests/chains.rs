@@ -15,7 +15,7 @@ fn prepared(surfaces: Vec<Surface>, camera: &Camera) -> Prepared {
     let named = |(k, surface): (usize, Surface)| SceneSurface { name: k.to_string(), surface };
     let scene = Scene { name: String::new(), surfaces: surfaces.into_iter().enumerate().map(named).collect() };
     let options = DrawOptions { isos: 0, ..DrawOptions::default() };
-    Prepared::new(&scene, camera, &options, &mut |_| {}).expect("a picture")
+    Prepared::new(&scene, camera, &options, &()).expect("a picture")
 }
 
 fn parallel(eye: DVec3) -> Camera {

@@ -28,8 +28,8 @@ fn visible(surfaces: Vec<Surface>, eye: DVec3, up: DVec3, isos: u32, scale: f64)
     let scene = Scene { name: String::new(), surfaces: surfaces.into_iter().enumerate().map(named).collect() };
     let camera = Camera::orthographic(eye, up).expect("a camera");
     let options = DrawOptions { isos, ..DrawOptions::default() };
-    let prepared = Prepared::new(&scene, &camera, &options, &mut |_| {}).expect("a picture");
-    let traced = prepared.trace(1e-5 * scale, &mut |_| {});
+    let prepared = Prepared::new(&scene, &camera, &options, &()).expect("a picture");
+    let traced = prepared.trace(1e-5 * scale, &()).expect("nothing stops it");
     assert!(traced.stats.visibility.undecided.is_empty(), "{:?}", traced.stats.visibility.undecided);
     let mut lengths = BTreeMap::new();
     for stroke in &traced.strokes {

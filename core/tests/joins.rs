@@ -22,8 +22,8 @@ fn covered(surfaces: &[Surface]) -> Vec<[f64; 2]> {
     let named = |surface: &Surface| SceneSurface { name: "part".into(), surface: surface.clone() };
     let scene = Scene { name: "roll".into(), surfaces: surfaces.iter().map(named).collect() };
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).expect("a camera");
-    let prepared = Prepared::new(&scene, &camera, &DrawOptions::default(), &mut |_| {}).expect("a picture");
-    let traced = prepared.trace(1e-6, &mut |_| {});
+    let prepared = Prepared::new(&scene, &camera, &DrawOptions::default(), &()).expect("a picture");
+    let traced = prepared.trace(1e-6, &()).expect("nothing stops it");
     assert!(traced.stats.visibility.undecided.is_empty(), "{:?}", traced.stats.visibility.undecided);
     let silhouettes = traced.strokes.iter().filter(|s| s.kind == CurveKind::Silhouette);
     let mut parts: Vec<[f64; 2]> = silhouettes

@@ -10,8 +10,8 @@ fn stats_from(direction: DVec3) -> Stats {
     let surface = torus(&Frame::WORLD, 3.0, 1.0).expect("a torus");
     let scene = Scene { name: "torus".into(), surfaces: vec![SceneSurface { name: "torus".into(), surface }] };
     let camera = Camera::orthographic(direction, DVec3::Z).expect("a camera");
-    let prepared = Prepared::new(&scene, &camera, &DrawOptions::default(), &mut |_| {}).expect("a picture");
-    prepared.trace(1e-3, &mut |_| {}).stats
+    let prepared = Prepared::new(&scene, &camera, &DrawOptions::default(), &()).expect("a picture");
+    prepared.trace(1e-3, &()).expect("nothing stops it").stats
 }
 
 /// Cutting such curves until each part is straighter than the gap between them takes millions of halvings.

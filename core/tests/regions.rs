@@ -15,7 +15,7 @@ fn prepared(surface: &Surface, eye: DVec3) -> Prepared {
     let up = if eye.z.abs() > 0.9 * eye.length() { DVec3::Y } else { DVec3::Z };
     let camera = Camera::orthographic(eye, up).expect("a camera");
     let options = DrawOptions { isos: 0, ..DrawOptions::default() };
-    Prepared::new(&Scene { name: String::new(), surfaces }, &camera, &options, &mut |_| {}).expect("a picture")
+    Prepared::new(&Scene { name: String::new(), surfaces }, &camera, &options, &()).expect("a picture")
 }
 
 /// A ramp that winds up round the z axis: between radii 1 and 2, control points at equal angles.

@@ -46,13 +46,20 @@ pub struct DrawingArgs {
     /// Isocurves in each direction of a surface
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub iso: u32,
-    /// What becomes of hidden curves: omit, dashed, or layer (in full, with pen 2)
-    #[arg(long, value_name = "HOW", default_value = "omit")]
-    pub hidden: String,
+    /// What becomes of hidden curves: omit, dashed, or layer (in full, with pen 2) [default: omit, or layer with --qi]
+    #[arg(long, value_name = "HOW")]
+    pub hidden: Option<String>,
+    /// Draw what has up to N sheets of surface in front of it, each number of sheets on a layer and with a pen of its own,
+    /// or in shorter dashes [default: visible curves only, or with --hidden all of them alike]
+    #[arg(long, value_name = "N")]
+    pub qi: Option<u32>,
     /// How visibility is found: rays (several to each piece of a curve), or propagate (one ray decides for all that is
     /// linked to it)
     #[arg(long, value_name = "HOW", default_value = "rays")]
     pub visibility: String,
+    /// Give up, with nothing written, if the drawing takes longer than this to compute
+    #[arg(long, value_name = "SECONDS")]
+    pub time_limit: Option<f64>,
     /// Largest distance in mm between a curve and its polyline
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     pub tolerance: f64,

@@ -66,3 +66,14 @@ pub enum CliError {
     #[error(transparent)]
     Ports(#[from] PortsError),
 }
+
+impl CliError {
+    /// Whether Ctrl-C ended a computation.
+    #[must_use]
+    pub fn is_interrupt(&self) -> bool {
+        matches!(
+            self,
+            Self::Drawing(Error::Interrupted { .. }) | Self::Plot(PlotError::Drawing(Error::Interrupted { .. }))
+        )
+    }
+}

@@ -1,16 +1,18 @@
 //! From options to a drawing: reads the models, runs the core, lays the strokes out.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use penvis_core::extract::CurveSet;
-use penvis_core::pipeline::{self, Prepared, Stage};
+use penvis_core::pipeline::{self, Monitor, PictureError, Prepared, Stage};
 use penvis_core::stroke::CurveKind;
 
 use crate::drawing::Drawing;
 use crate::error::Error;
+use crate::interrupt;
 use crate::model::{self, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Hidden, Layout};
+use crate::page::{self, Layout};
 use crate::progress::Progress;
 use crate::stats::Seconds;
 
@@ -33,9 +35,11 @@ pub struct Computed {
 /// extent of the picture.
 ///
 /// # Errors
-/// If a model cannot be read, the view does not exist or does not see all of the model, or the picture cannot be scaled.
+/// If a model cannot be read, the view does not exist or does not see all of the model, the picture cannot be scaled, or
+/// Ctrl-C or the time limit ends it.
 pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed, Error> {
     let started = Instant::now();
+    interrupt::watch();
     progress.stage("reading");
     let model = model::load(&options.models)?;
     let view = options.view.resolve(model.view, &model.scene);
@@ -45,20 +49,20 @@ pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed
     let wanted = pipeline::DrawOptions {
         curves: curve_set(options),
         isos: options.iso,
-        keep_hidden: options.hidden != Hidden::Omit,
+        deepest: options.deepest,
         visibility: options.visibility,
         ..pipeline::DrawOptions::default()
     };
-    let mut clock = StageClock { progress, running: None, seconds: Seconds { read, ..Seconds::default() } };
-    let prepared = Prepared::new(&model.scene, &camera, &wanted, &mut |stage| clock.begin(stage))?;
+    let watch = Watch::new(progress, started, options.time_limit, read);
+    let prepared = Prepared::new(&model.scene, &camera, &wanted, &watch).map_err(|e| watch.reason(e))?;
     let layout = Layout::fit(prepared.extent(), options.page, options.margin_mm)?;
     let tolerance = layout.to_screen_length(options.tolerance_mm);
-    let traced = prepared.trace(tolerance, &mut |stage| clock.begin(stage));
-    let mut seconds = clock.stop();
+    let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
+    let mut seconds = watch.finish();
 
     progress.stage("ordering");
     let started = Instant::now();
-    let polylines = page::lay_out(&traced.strokes, &layout, options.hidden);
+    let polylines = page::lay_out(&traced.strokes, &layout, options.hidden, options.depths);
     seconds.page = started.elapsed().as_secs_f64();
     let drawing = Drawing { name: model.scene.name, page: options.page, isos: options.iso, polylines };
     Ok(Computed { drawing, view, stats: traced.stats, seconds })
@@ -75,36 +79,79 @@ fn curve_set(options: &DrawingOptions) -> CurveSet {
     }
 }
 
-/// Times the stages of the core, each from its beginning to that of the next.
-struct StageClock<'a> {
+/// Times the stages of the core, each from its beginning to that of the next, and stops them at Ctrl-C or when the time
+/// is over.
+struct Watch<'a> {
     progress: &'a Progress,
+    started: Instant,
+    limit: Option<Duration>,
+    times: Mutex<Times>,
+}
+
+#[derive(Default)]
+struct Times {
     running: Option<(Stage, Instant)>,
     seconds: Seconds,
 }
 
-impl StageClock<'_> {
-    fn begin(&mut self, stage: Stage) {
-        self.finish();
-        self.progress.stage(match stage {
-            Stage::View => "projecting",
-            Stage::Stitch => "stitching",
-            Stage::Extract => "finding curves",
-            Stage::Arrange => "splitting curves",
-            Stage::Visibility => "deciding visibility",
-            Stage::Stroke => "chaining strokes",
-        });
-        self.running = Some((stage, Instant::now()));
-    }
-
+impl Times {
     fn finish(&mut self) {
         if let Some((stage, since)) = self.running.take() {
             self.seconds.add(stage, since.elapsed());
         }
     }
+}
 
-    fn stop(mut self) -> Seconds {
-        self.finish();
-        self.seconds
+impl<'a> Watch<'a> {
+    fn new(progress: &'a Progress, started: Instant, limit: Option<Duration>, read: f64) -> Self {
+        let times = Times { running: None, seconds: Seconds { read, ..Seconds::default() } };
+        Self { progress, started, limit, times: Mutex::new(times) }
+    }
+
+    fn is_over(&self) -> bool {
+        self.limit.is_some_and(|limit| self.started.elapsed() > limit)
+    }
+
+    /// Why there is no picture: a stop is put down to what asked for it.
+    fn reason(&self, error: PictureError) -> Error {
+        let running = self.times.lock().unwrap_or_else(PoisonError::into_inner).running;
+        let doing = running.map_or("beginning", |(stage, _)| doing(stage)).to_owned();
+        match (error, self.limit) {
+            (PictureError::View(error), _) => error.into(),
+            (_, Some(limit)) if !interrupt::is_wanted() => Error::TimeLimit { limit_s: limit.as_secs_f64(), doing },
+            _ => Error::Interrupted { doing },
+        }
+    }
+
+    fn finish(self) -> Seconds {
+        let mut times = self.times.into_inner().unwrap_or_else(PoisonError::into_inner);
+        times.finish();
+        times.seconds
+    }
+}
+
+impl Monitor for Watch<'_> {
+    fn begin(&self, stage: Stage) {
+        let mut times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
+        times.finish();
+        self.progress.stage(doing(stage));
+        times.running = Some((stage, Instant::now()));
+    }
+
+    fn stops(&self) -> bool {
+        interrupt::is_wanted() || self.is_over()
+    }
+}
+
+/// What a stage does.
+fn doing(stage: Stage) -> &'static str {
+    match stage {
+        Stage::View => "projecting",
+        Stage::Stitch => "stitching",
+        Stage::Extract => "finding curves",
+        Stage::Arrange => "splitting curves",
+        Stage::Visibility => "deciding visibility",
+        Stage::Stroke => "chaining strokes",
     }
 }
 

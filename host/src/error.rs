@@ -30,6 +30,23 @@ pub enum Error {
     /// The camera does not see the whole model.
     #[error("--view, --perspective: {0}")]
     Scene(#[from] ViewError),
+    /// Ctrl-C.
+    #[error("stopped by Ctrl-C while {doing}; nothing was written")]
+    Interrupted {
+        /// What was being done.
+        doing: String,
+    },
+    /// `--time-limit` is over.
+    #[error(
+        "--time-limit: {limit_s} s were over while {doing}, and nothing was written; allow more, or ask for less with \
+         --iso, --curves or --hidden omit"
+    )]
+    TimeLimit {
+        /// The limit in s.
+        limit_s: f64,
+        /// What was being done.
+        doing: String,
+    },
     /// The picture does not go on the paper.
     #[error(transparent)]
     Layout(#[from] LayoutError),

@@ -7,6 +7,7 @@
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
 //! | [`page`], [`drawing`] | strokes on paper: scale, place, dashes, order |
+//! | [`interrupt`] | Ctrl-C |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
@@ -19,6 +20,7 @@ pub mod device;
 pub mod drawing;
 pub mod emit;
 pub mod error;
+pub mod interrupt;
 pub mod model;
 pub mod options;
 pub mod output;

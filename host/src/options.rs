@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use glam::DVec3;
 use penvis_core::scene::Scene;
@@ -14,7 +15,7 @@ use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::Format;
 use crate::model::{Projection, View};
-use crate::page::{self, DashPattern, Hidden, Layout, LayoutError, Orientation, SheetError};
+use crate::page::{self, DashPattern, Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
 
 /// Kinds that `--curves` knows.
 const KINDS: [CurveKind; 5] =
@@ -182,6 +183,12 @@ pub struct DrawingOptions {
     pub iso: u32,
     /// What becomes of hidden curves.
     pub hidden: Hidden,
+    /// Whether hidden curves are told apart by the number of sheets in front of them.
+    pub depths: Depths,
+    /// Most sheets in front of what is drawn.
+    pub deepest: u32,
+    /// Time after which to give up.
+    pub time_limit: Option<Duration>,
     /// How visibility is found.
     pub visibility: Method,
     /// Largest distance in mm between a curve and its polyline.
@@ -215,11 +222,25 @@ impl DrawingOptions {
             curves.remove(&CurveKind::Iso);
         }
         let iso = if curves.contains(&CurveKind::Iso) { args.iso } else { 0 };
-        let hidden = match args.hidden.as_str() {
-            "omit" => Hidden::Omit,
-            "dashed" => Hidden::Dashed(DashPattern::default()),
-            "layer" => Hidden::Layer,
-            other => return Err(bad("--hidden", other, "is not one of omit, dashed, layer")),
+        let deepest = args.qi.unwrap_or(u32::MAX);
+        let depths = if args.qi.is_some() { Depths::Apart } else { Depths::Together };
+        let hidden = match args.hidden.as_deref() {
+            None if args.qi.is_some_and(|n| n > 0) => Hidden::Layer,
+            Some("omit") if args.qi.is_some_and(|n| n > 0) => {
+                return Err(bad("--hidden", "omit", "leaves nothing to --qi; give dashed or layer, or --qi 0"));
+            }
+            None | Some("omit") => Hidden::Omit,
+            Some("dashed") => Hidden::Dashed(DashPattern::default()),
+            Some("layer") => Hidden::Layer,
+            Some(other) => return Err(bad("--hidden", other, "is not one of omit, dashed, layer")),
+        };
+        let deepest = if hidden == Hidden::Omit { 0 } else { deepest };
+        let time_limit = match args.time_limit {
+            Some(s) => match Duration::try_from_secs_f64(s) {
+                Ok(limit) if s > 0.0 => Some(limit),
+                _ => return Err(bad("--time-limit", s, "is not a time in s; give more than 0")),
+            },
+            None => None,
         };
         let visibility = match args.visibility.as_str() {
             "rays" => Method::Rays,
@@ -227,7 +248,20 @@ impl DrawingOptions {
             other => return Err(bad("--visibility", other, "is not one of rays, propagate")),
         };
         let (models, view) = (models.to_vec(), ViewChoice::new(args)?);
-        Ok(Self { models, view, curves, iso, hidden, visibility, tolerance_mm: args.tolerance, page, margin_mm })
+        Ok(Self {
+            models,
+            view,
+            curves,
+            iso,
+            hidden,
+            depths,
+            deepest,
+            visibility,
+            time_limit,
+            tolerance_mm: args.tolerance,
+            page,
+            margin_mm,
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use penvis_core::pipeline::{self, Stage};
+use penvis_core::visibility;
 use serde::Serialize;
 
 use crate::device::{Device, Language, Pen};
@@ -100,6 +101,8 @@ pub struct SilhouetteStats {
     pub loops: u64,
     /// Cusps.
     pub cusps: u64,
+    /// Places where two silhouettes cross on the surface.
+    pub crossings: u64,
     /// Secant steps of a walk to the silhouette, on average; 0 without walks.
     pub secant_mean: f64,
     /// Secant steps of the longest walk.
@@ -153,15 +156,37 @@ pub struct VisibilityStats {
     pub rays_passive: u64,
     /// Pieces that took over their neighbour's visibility.
     pub propagated: u64,
-    /// Pieces along which rays disagreed.
+    /// Pieces along which rays disagreed, and links between pieces that did.
     pub disagreements: u64,
+    /// Parts of curves whose visibility is proven.
+    pub proven: u64,
+    /// A place of each part whose visibility rests on a tolerance, and on which.
+    pub tolerance: Vec<Doubt>,
     /// Places that are not decided.
-    pub undecided: Vec<Undecided>,
+    pub undecided: Vec<Doubt>,
 }
 
-/// A place whose visibility is not decided.
+impl VisibilityStats {
+    /// The line that says how visibility was decided.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let undecided = match self.undecided.len() {
+            0 => "none undecided".to_owned(),
+            n => format!("{n} undecided"),
+        };
+        let rays = self.rays_active + self.rays_passive;
+        let carried = if self.propagated > 0 { format!(", {} carried over", self.propagated) } else { String::new() };
+        format!(
+            "visibility: {} parts of curves proven, {} by tolerance, {undecided} ({rays} rays{carried})",
+            self.proven,
+            self.tolerance.len()
+        )
+    }
+}
+
+/// A place whose visibility rests on a tolerance or is not decided.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Undecided {
+pub struct Doubt {
     /// The place in model space.
     pub at: [f64; 3],
     /// Why.
@@ -196,7 +221,9 @@ impl Stats {
             at: part.at.into(),
             size: part.size,
         });
-        let undecided = visibility.undecided.iter().map(|place| Undecided { at: place.at.into(), why: place.why });
+        let doubts = |places: &[visibility::Doubt]| -> Vec<Doubt> {
+            places.iter().map(|place| Doubt { at: place.at.into(), why: place.why }).collect()
+        };
         Self {
             model: ModelStats { surfaces: core.surfaces, patches: core.patches, trims: 0 },
             seconds,
@@ -206,6 +233,7 @@ impl Stats {
                 components: core.chains.components as u64,
                 loops: core.chains.loops as u64,
                 cusps: core.chains.cusps as u64,
+                crossings: silhouette.crossings as u64,
                 secant_mean: silhouette.steps as f64 / silhouette.walks.max(1) as f64,
                 secant_max: silhouette.steps_max as u64,
                 undecided: core.silhouette_undecided.len() as u64,
@@ -225,7 +253,9 @@ impl Stats {
                 rays_passive: visibility.rays_passive,
                 propagated: visibility.propagated,
                 disagreements: visibility.disagreements,
-                undecided: undecided.collect(),
+                proven: visibility.decided[0],
+                tolerance: doubts(&visibility.tolerated),
+                undecided: doubts(&visibility.undecided),
             },
             strokes,
             estimate_s,
@@ -345,7 +375,6 @@ mod tests {
     use glam::DVec3;
     use penvis_core::extract::UndecidedPart;
     use penvis_core::stroke::CurveKind::{Boundary, Iso};
-    use penvis_core::visibility::UndecidedPlace;
 
     use super::*;
     use crate::device::find;
@@ -395,7 +424,7 @@ mod tests {
         let at = DVec3::new(1.0, -0.25, 1e-7);
         let part = UndecidedPart { surface: 7, u: [0.0, 0.5], v: [0.25, 1.0], at, size: 3e-9, screen_size: 2e-9 };
         core.silhouette_undecided = vec![part; 5];
-        core.visibility.undecided = vec![UndecidedPlace { at: DVec3::ZERO, why: "a reason" }];
+        core.visibility.undecided = vec![visibility::Doubt { at: DVec3::ZERO, why: "a reason" }];
         let stats = stats(&core);
         let place = "(1, -0.25, 1.000e-7) (surface 7, 3.000e-9 wide)";
         let first = format!("the course of silhouettes is undecided at 5 places: {place}, {place}, {place}, …");
@@ -426,10 +455,10 @@ mod tests {
         assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");
         assert_eq!(
             keys("/silhouette"),
-            "cells components cusps depth_max loops secant_max secant_mean undecided undecided_places"
+            "cells components crossings cusps depth_max loops secant_max secant_mean undecided undecided_places"
         );
         assert_eq!(keys("/arrange"), "crossings curves newton overlaps pairs_near pieces subdivisions");
-        assert_eq!(keys("/visibility"), "disagreements propagated rays_active rays_passive undecided");
+        assert_eq!(keys("/visibility"), "disagreements propagated proven rays_active rays_passive tolerance undecided");
         assert_eq!(keys("/strokes"), "count ink_mm lifts points travel_mm");
     }
 }

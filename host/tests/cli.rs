@@ -50,7 +50,9 @@ fn every_format_is_written_in_one_run() {
     let told = String::from_utf8(done.stderr).unwrap();
     assert!(done.status.success(), "{told}");
     assert!(told.starts_with("sail: ") && told.contains(" mm of ink, "), "{told}");
-    assert_eq!(told.lines().count(), 1, "{told}");
+    let lines: Vec<_> = told.lines().collect();
+    assert!(matches!(lines[..], [_, visibility] if visibility.starts_with("visibility: ")), "{told}");
+    assert!(told.contains("none undecided"), "{told}");
     assert!(done.stdout.is_empty());
     assert_eq!(files(&folder), ["a.gcode", "a.hpgl", "a.json", "a.nc", "a.plt", "a.png", "a.svg", "s.json"]);
 
@@ -194,4 +196,74 @@ fn info_tells_what_there_is() {
     let told = |words: &str| String::from_utf8(penvis(folder.path(), words).stdout).unwrap();
     assert!(told("info model.json").starts_with("sail: 1 surface, 1 Bézier patch\n"));
     assert!(told("info --list").lines().any(|line| line.starts_with("teapot ")));
+}
+
+#[test]
+fn hidden_curves_are_told_apart_by_the_sheets_before_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let layers = |words: &str| -> std::collections::BTreeSet<(String, u64, u64)> {
+        let done = penvis(folder.path(), &format!("draw linked_tori -o a.json --iso 2 {words}"));
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let drawing: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+        let lines = drawing["polylines"].as_array().unwrap().iter().filter(|l| l["visible"] == false);
+        lines
+            .map(|l| (l["layer"].as_str().unwrap().to_owned(), l["pen"].as_u64().unwrap(), l["qi"].as_u64().unwrap()))
+            .collect()
+    };
+    let named = |list: &[(&str, u64, u64)]| list.iter().map(|&(l, p, q)| (l.to_owned(), p, q)).collect();
+    assert!(layers("").is_empty() && layers("--qi 0").is_empty());
+    assert_eq!(layers("--qi 2"), named(&[("hidden-1", 2, 1), ("hidden-2", 3, 2)]));
+    assert_eq!(layers("--qi 1 --hidden dashed"), named(&[("hidden-1", 1, 1)]));
+    assert!(layers("--hidden layer").iter().all(|(layer, pen, _)| layer == "hidden" && *pen == 2));
+    let refused = penvis(folder.path(), "draw saddle -o b.svg --qi 1 --hidden omit");
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("leaves nothing to --qi"));
+}
+
+#[test]
+fn both_ways_to_visibility_draw_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    for way in ["rays", "propagate"] {
+        let done = penvis(folder.path(), &format!("draw pawn -o {way}.svg --visibility {way}"));
+        assert!(done.status.success());
+    }
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("rays.svg"), read("propagate.svg"));
+}
+
+#[test]
+fn the_time_limit_ends_a_drawing_with_nothing_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = penvis(folder.path(), "draw spring -o a.svg --stats s.json --time-limit 0.01");
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert!(!done.status.success() && told.starts_with("error: --time-limit: 0.01 s were over while "), "{told}");
+    assert!(files(&folder).is_empty());
+    let refused = penvis(folder.path(), "draw spring -o a.svg --time-limit 0");
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--time-limit 0: is not a time"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_drawing_with_nothing_written() {
+    use std::process::Stdio;
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    let folder = tempfile::tempdir().unwrap();
+    // Minutes of work.
+    let words = "draw spring -o a.svg --iso 1000 --stats s.json";
+    let mut child = Command::new(env!("CARGO_BIN_EXE_penvis"))
+        .args(words.split_whitespace())
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    sleep(Duration::from_millis(700));
+    assert!(child.try_wait().unwrap().is_none(), "it ended before the signal");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let done = child.wait_with_output().unwrap();
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(130), "{told}");
+    assert!(told.starts_with("error: stopped by Ctrl-C while ") && told.lines().count() == 1, "{told}");
+    assert!(files(&folder).is_empty());
 }

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use penvis::page::{Hidden, Layout, lay_out};
+use penvis::page::{Depths, Hidden, Layout, lay_out};
 use penvis::{builtin, emit};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::plotter::{draw, options, plot, simulated};
@@ -19,18 +19,19 @@ fn stages(c: &mut Criterion) {
         let model = builtin::load(name).expect("a built-in model");
         let camera = model.view.camera().expect("a camera");
         let wanted = DrawOptions::default();
-        let prepare =
-            || Prepared::new(&model.scene, &camera, &wanted, &mut |_| {}).expect("the model is in front of the eye");
+        let prepare = || Prepared::new(&model.scene, &camera, &wanted, &()).expect("the model is in front of the eye");
         let prepared = prepare();
         let asked = options(&[name]);
         let layout = Layout::fit(prepared.extent(), asked.page, asked.margin_mm).expect("it fits");
         let tolerance = layout.to_screen_length(asked.tolerance_mm);
-        let traced = prepared.trace(tolerance, &mut |_| {});
+        let traced = prepared.trace(tolerance, &()).expect("nothing stops it");
         group.bench_function("project, stitch and extract", |b| b.iter(prepare));
-        group.bench_function("split and see", |b| b.iter(|| prepared.sightings(&mut |_| {})));
-        group.bench_function("split, see and chain", |b| b.iter(|| prepared.trace(tolerance, &mut |_| {})));
+        group.bench_function("split and see", |b| b.iter(|| prepared.sightings(&()).expect("nothing stops it")));
+        group.bench_function("split, see and chain", |b| {
+            b.iter(|| prepared.trace(tolerance, &()).expect("nothing stops it"))
+        });
         group.bench_function("lay out", |b| {
-            b.iter(|| lay_out(black_box(&traced.strokes), &layout, Hidden::Omit));
+            b.iter(|| lay_out(black_box(&traced.strokes), &layout, Hidden::Omit, Depths::Together));
         });
         group.finish();
     }

@@ -7,6 +7,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use penvis::builtin;
 use penvis_core::extract::facing::facing_of_all;
 use penvis_core::extract::silhouette::{SilhouetteOptions, silhouettes};
+use penvis_core::stop::Stop;
 use penvis_core::view::ViewScene;
 use penvis_tests::subdivision::{PAPER, subdivide};
 
@@ -18,7 +19,7 @@ fn extraction(c: &mut Criterion) {
         let view = ViewScene::new(&model.scene, &model.view.camera().expect("a camera")).expect("a view");
         let options = SilhouetteOptions { chord: 2e-4 * view.size(), normal_angle: 0.2 };
         group.bench_function("traced", |b| {
-            b.iter(|| silhouettes(view.patches(), &facing_of_all(view.patches()).0, options));
+            b.iter(|| silhouettes(view.patches(), &facing_of_all(view.patches(), Stop::NEVER).0, options, Stop::NEVER));
         });
         for (way, adaptive) in [("adaptive", true), ("non-adaptive", false)] {
             let cells =

@@ -108,7 +108,7 @@ fn row(name: &'static str) -> Row {
         all[RUNS / 2]
     });
     let model = builtin::load(name).expect("a built-in model");
-    let options = DrawOptions { keep_hidden: true, ..DrawOptions::default() };
+    let options = DrawOptions { deepest: u32::MAX, ..DrawOptions::default() };
     let agreement = compare(&model.scene, &model.view, &options);
     Row { name, seconds, stats: last.expect("at least one run"), agreement }
 }

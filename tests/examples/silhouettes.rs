@@ -9,6 +9,7 @@ use penvis::builtin;
 use penvis_core::extract::facing::facing_of_all;
 use penvis_core::extract::silhouette::{SilhouetteOptions, silhouettes};
 use penvis_core::pipeline::{DrawOptions, Prepared};
+use penvis_core::stop::Stop;
 use penvis_core::view::ViewScene;
 use penvis_tests::subdivision::{PAPER, subdivide};
 
@@ -49,8 +50,8 @@ fn table() {
             parts.fold((0, 0), |(cells, found), s| (cells + s.cells, found + s.found))
         };
         let traced = || {
-            let (forms, _) = facing_of_all(view.patches());
-            silhouettes(view.patches(), &forms, SilhouetteOptions { chord: flatness, normal_angle: 0.2 })
+            let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
+            silhouettes(view.patches(), &forms, SilhouetteOptions { chord: flatness, normal_angle: 0.2 }, Stop::NEVER)
         };
         let (mut plain, mut adaptive, mut ours) = (Vec::new(), Vec::new(), Vec::new());
         let (mut all, mut few) = ((0, 0), (0, 0));
@@ -83,7 +84,7 @@ fn costs() {
         let model = builtin::load(name).expect("a built-in model");
         let camera = model.view.camera().expect("a camera");
         let options = DrawOptions { isos: 0, ..DrawOptions::default() };
-        let stats = Prepared::new(&model.scene, &camera, &options, &mut |_| {}).expect("a picture").stats().clone();
+        let stats = Prepared::new(&model.scene, &camera, &options, &()).expect("a picture").stats().clone();
         let (s, c) = (&stats.silhouette, &stats.chains);
         println!(
             "| {name} | {} | {} | {} | {} | {} | {:.2} | {} | {} | {} | {} | {} | {} |",

@@ -62,8 +62,8 @@ impl Agreement {
 #[must_use]
 pub fn compare(scene: &Scene, view: &View, options: &DrawOptions) -> Agreement {
     let camera = view.camera().expect("the view is legal");
-    let prepared = Prepared::new(scene, &camera, options, &mut |_| {}).expect("the scene is in front of the eye");
-    against(&prepared, &Oracle::new(scene, view), options.keep_hidden)
+    let prepared = Prepared::new(scene, &camera, options, &()).expect("the scene is in front of the eye");
+    against(&prepared, &Oracle::new(scene, view), options.deepest > 0)
 }
 
 /// Looks at every part of every inked curve, as the pipeline splits and sees them, and asks the oracle for the same
@@ -71,7 +71,7 @@ pub fn compare(scene: &Scene, view: &View, options: &DrawOptions) -> Agreement {
 /// from visible.
 #[must_use]
 pub fn against(prepared: &Prepared, oracle: &Oracle, exact: bool) -> Agreement {
-    let (sightings, _) = prepared.sightings(&mut |_| {});
+    let (sightings, _) = prepared.sightings(&()).expect("nothing stops it");
     let g = prepared.geometry();
     let mut out = Agreement::default();
     for s in &sightings {

@@ -7,6 +7,7 @@ use penvis_core::nurbs::Surface;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::{Scene, SceneSurface};
 use penvis_core::shape::{Frame, cylinder, plane, sphere, torus};
+use penvis_core::stop::Stop;
 use penvis_core::stroke::CurveKind;
 use penvis_core::view::{Camera, ViewScene};
 use penvis_core::visibility::{Occluders, RayScratch};
@@ -24,7 +25,7 @@ fn parallel(direction: DVec3) -> Camera {
 /// The silhouettes of a surface as polylines in model space, dense enough for lengths to six digits.
 fn silhouettes(surface: Surface, camera: &Camera) -> Vec<Vec<DVec3>> {
     const PARTS: u32 = 1000;
-    let prepared = Prepared::new(&scene(vec![surface]), camera, &DrawOptions::default(), &mut |_| {}).expect("seen");
+    let prepared = Prepared::new(&scene(vec![surface]), camera, &DrawOptions::default(), &()).expect("seen");
     let g = prepared.geometry();
     let of_kind = prepared.curves().iter().filter(|c| c.kind == CurveKind::Silhouette);
     of_kind
@@ -158,7 +159,7 @@ struct Sheets {
 impl Sheets {
     fn new(surfaces: Vec<Surface>, camera: &Camera) -> Self {
         let view = ViewScene::new(&scene(surfaces), camera).expect("seen");
-        Self { occluders: Occluders::new(view.patches()), scratch: RayScratch::default() }
+        Self { occluders: Occluders::new(view.patches(), Stop::NEVER), scratch: RayScratch::default() }
     }
 
     /// All counts on a grid over [−half, half]², those that the rays call clear.

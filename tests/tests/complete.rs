@@ -5,7 +5,7 @@ use glam::DVec3;
 use penvis::builtin;
 use penvis::drawing::Drawing;
 use penvis::model::View;
-use penvis::page::{Hidden, Layout, lay_out};
+use penvis::page::{Depths, Hidden, Layout, lay_out};
 use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::ink::Ink;
@@ -29,11 +29,11 @@ struct Picture {
 fn picture(name: &str, view: &View, wanted: &DrawOptions) -> Picture {
     let model = builtin::load(name).expect("a built-in model");
     let camera = view.camera().expect("a camera");
-    let prepared = Prepared::new(&model.scene, &camera, wanted, &mut |_| {}).expect("seen");
+    let prepared = Prepared::new(&model.scene, &camera, wanted, &()).expect("seen");
     let asked = options(&[name]);
     let layout = Layout::fit(prepared.extent(), asked.page, asked.margin_mm).expect("it fits");
-    let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &mut |_| {});
-    let polylines = lay_out(&traced.strokes, &layout, Hidden::Omit);
+    let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
+    let polylines = lay_out(&traced.strokes, &layout, Hidden::Omit, Depths::Together);
     let drawing = Drawing { name: name.into(), page: asked.page, isos: 0, polylines };
     Picture { prepared, layout, ink: Ink::new(&drawing) }
 }
@@ -82,7 +82,7 @@ fn strokes_are_as_long_as_what_is_visible() {
         let view = builtin::load(name).expect("a built-in model").view;
         let p = picture(name, &view, &DrawOptions::default());
         let g = p.prepared.geometry();
-        let (sightings, _) = p.prepared.sightings(&mut |_| {});
+        let (sightings, _) = p.prepared.sightings(&()).expect("nothing stops it");
         let visible: f64 = sightings
             .iter()
             .filter(|s| s.qi == 0)

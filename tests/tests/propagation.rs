@@ -24,8 +24,8 @@ const VIEWS: [DVec3; 12] = [
 ];
 
 fn seen(scene: &Scene, camera: &Camera, visibility: Method) -> (Vec<Sighting>, Stats) {
-    let options = DrawOptions { keep_hidden: true, visibility, ..DrawOptions::default() };
-    Prepared::new(scene, camera, &options, &mut |_| {}).expect("a picture").sightings(&mut |_| {})
+    let options = DrawOptions { deepest: u32::MAX, visibility, ..DrawOptions::default() };
+    Prepared::new(scene, camera, &options, &()).expect("a picture").sightings(&()).expect("nothing stops it")
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn scene(surfaces: Vec<Surface>) -> Scene {
 
 fn prepared(scene: &Scene, camera: &Camera) -> Prepared {
     let options = DrawOptions { isos: 0, ..DrawOptions::default() };
-    Prepared::new(scene, camera, &options, &mut |_| {}).expect("a picture")
+    Prepared::new(scene, camera, &options, &()).expect("a picture")
 }
 
 fn parallel(eye: DVec3) -> Camera {

@@ -29,7 +29,7 @@ enum Seen {
 use Seen::{AlmostTop, Front, Isometric, Near, Oblique, Own, Top};
 
 fn options() -> DrawOptions {
-    DrawOptions { keep_hidden: true, ..DrawOptions::default() }
+    DrawOptions { deepest: u32::MAX, ..DrawOptions::default() }
 }
 
 fn look(name: &str, from: Seen) -> Agreement {
@@ -131,7 +131,7 @@ fn a_sheet_that_one_of_them_does_not_see_is_noticed() {
     full.surfaces.push(named("ball", ball));
     let view = View::orthographic(DVec3::NEG_Y);
     let camera = view.camera().expect("a camera");
-    let prepared = Prepared::new(&bare, &camera, &options(), &mut |_| {}).expect("a picture");
+    let prepared = Prepared::new(&bare, &camera, &options(), &()).expect("a picture");
     let same = against(&prepared, &Oracle::new(&bare, &view), true);
     assert!(same.disagreements.is_empty() && same.agreed > 20);
     let other = against(&prepared, &Oracle::new(&full, &view), true);

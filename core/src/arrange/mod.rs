@@ -20,6 +20,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use crate::extract::{CurveKind, Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
+use crate::stop::Stop;
 use crate::view::Patch;
 use arc::{Arc, Control, screen, split_control};
 use grid::Grid;
@@ -145,10 +146,13 @@ pub struct Arcs {
 impl Arcs {
     /// Covers every curve with arcs: exact for isoparametric lines, within `fit` (screen units) for traced ones.
     #[must_use]
-    pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64) -> Self {
+    pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) -> Self {
         let (mut arcs, mut starts) = (Vec::new(), Vec::with_capacity(curves.len() + 1));
         for (k, curve) in curves.iter().enumerate() {
             starts.push(arcs.len());
+            if stop.is_wanted() {
+                continue;
+            }
             match &curve.path {
                 Path::Line(line) => {
                     for span in &line.spans {
@@ -365,11 +369,20 @@ pub fn arrange(
     patches: &[&Patch],
     stitching: &Stitching,
     tolerance: Tolerance,
+    stop: Stop<'_>,
 ) -> Arrangement {
     let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
     let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
-    let split = |index: usize| split_curve(curves, index, arcs, &active, &grid, &sheets, tolerance);
+    let splitter = Splitter { curves, arcs, active, grid, sheets, tolerance };
+    let split = |index: usize| {
+        let table = arcs.length_table(&curves[index], index);
+        if stop.is_wanted() {
+            return (Vec::new(), table, ArrangeStats::default());
+        }
+        let (pieces, stats) = splitter.split(index, &table);
+        (pieces, table, stats)
+    };
     #[cfg(feature = "parallel")]
     let parts: Vec<_> = {
         use rayon::prelude::*;
@@ -402,78 +415,85 @@ struct Overlap {
     drawn: bool,
 }
 
-fn split_curve(
-    curves: &[SurfaceCurve],
-    index: usize,
-    arcs: &Arcs,
-    active: &[Arc],
-    grid: &Grid,
-    sheets: &Sheets,
+/// Everything that curves are split by.
+struct Splitter<'a> {
+    curves: &'a [SurfaceCurve],
+    arcs: &'a Arcs,
+    /// The arcs of active curves, and where they are.
+    active: Vec<Arc>,
+    grid: Grid,
+    sheets: Sheets,
     tolerance: Tolerance,
-) -> (Vec<Piece>, LengthTable, ArrangeStats) {
-    let Tolerance { resolution, contact } = tolerance;
-    let curve = &curves[index];
-    let table = arcs.length_table(curve, index);
-    let mut stats = ArrangeStats::default();
-    let mut work = Work::default();
-    let mut cuts: Vec<(f64, Cut)> = curve.splits.iter().map(|&t| (t, Cut::Own)).collect();
-    let (mut overlaps, mut pierced) = (Vec::new(), Vec::new());
-    let (mut near, mut found) = (Vec::new(), Vec::new());
-    for arc in arcs.of(index) {
-        stats.undecided += sheets.piercings(arc, &curve.surfaces, &mut pierced);
-        let margin = DVec2::splat(resolution);
-        grid.near(arc.lo - margin, arc.hi + margin, &mut near);
-        for &k in &near {
-            let other = &active[k as usize];
-            // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there.
-            if other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1] {
-                continue;
-            }
-            if other.z[1] < arc.z[0] - resolution {
-                continue;
-            }
-            if (arc.lo - margin).cmpgt(other.hi).any() || (other.lo - margin).cmpgt(arc.hi).any() {
-                continue;
-            }
-            stats.pairs_near += 1;
-            found.clear();
-            meetings(arc, other, resolution, &mut found, &mut work);
-            for m in &found {
-                match *m {
-                    Meeting::Crossing { a, b, za, zb } => {
-                        // Touching counts: the curves then meet in space, and beyond the other one may turn away.
-                        if zb >= za - resolution {
-                            let nearer = zb > za + contact;
-                            cuts.push((a, Cut::Crossing { with: other.curve, at: b, nearer }));
-                            stats.crossings += 1;
+}
+
+impl Splitter<'_> {
+    fn split(&self, index: usize, table: &LengthTable) -> (Vec<Piece>, ArrangeStats) {
+        let Self { curves, arcs, .. } = *self;
+        let Tolerance { resolution, contact } = self.tolerance;
+        let curve = &curves[index];
+        let mut stats = ArrangeStats::default();
+        let mut work = Work::default();
+        let mut cuts: Vec<(f64, Cut)> = curve.splits.iter().map(|&t| (t, Cut::Own)).collect();
+        let (mut overlaps, mut pierced) = (Vec::new(), Vec::new());
+        let (mut near, mut found) = (Vec::new(), Vec::new());
+        for arc in arcs.of(index) {
+            stats.undecided += self.sheets.piercings(arc, &curve.surfaces, &mut pierced);
+            let margin = DVec2::splat(resolution);
+            self.grid.near(arc.lo - margin, arc.hi + margin, &mut near);
+            for &k in &near {
+                let other = &self.active[k as usize];
+                // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there.
+                if other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1] {
+                    continue;
+                }
+                if other.z[1] < arc.z[0] - resolution {
+                    continue;
+                }
+                if (arc.lo - margin).cmpgt(other.hi).any() || (other.lo - margin).cmpgt(arc.hi).any() {
+                    continue;
+                }
+                stats.pairs_near += 1;
+                found.clear();
+                meetings(arc, other, resolution, &mut found, &mut work);
+                for m in &found {
+                    match *m {
+                        Meeting::Crossing { a, b, za, zb } => {
+                            // Touching counts: the curves then meet in space, and beyond the other one may turn away.
+                            if zb >= za - resolution {
+                                let nearer = zb > za + contact;
+                                cuts.push((a, Cut::Crossing { with: other.curve, at: b, nearer }));
+                                stats.crossings += 1;
+                            }
                         }
-                    }
-                    Meeting::Overlap { a, za, zb, .. } => {
-                        let theirs = (&curves[other.curve], arcs.of(other.curve));
-                        if zb < za - resolution || own_contact(curve, theirs, a, (arcs.of(index), &table), tolerance) {
-                            continue;
+                        Meeting::Overlap { a, za, zb, .. } => {
+                            let theirs = (&curves[other.curve], arcs.of(other.curve));
+                            if zb < za - resolution
+                                || own_contact(curve, theirs, a, (arcs.of(index), table), self.tolerance)
+                            {
+                                continue;
+                            }
+                            let nearer = zb > za + resolution || !curve.active || other.curve < index;
+                            let drawn = curves[other.curve].inked && nearer && other.curve != index;
+                            overlaps.push(Overlap { t: [a[0].min(a[1]), a[0].max(a[1])], with: other.curve, drawn });
                         }
-                        let nearer = zb > za + resolution || !curve.active || other.curve < index;
-                        let drawn = curves[other.curve].inked && nearer && other.curve != index;
-                        overlaps.push(Overlap { t: [a[0].min(a[1]), a[0].max(a[1])], with: other.curve, drawn });
                     }
                 }
             }
         }
+        stats.subdivisions = work.subdivisions;
+        stats.newton = work.newton;
+        stats.undecided += work.undecided;
+        let overlaps = merged(overlaps, table, resolution);
+        stats.overlaps = overlaps.len() as u64;
+        stats.piercings = pierced.len() as u64;
+        cuts.extend(pierced.into_iter().map(|t| (t, Cut::Piercing)));
+        cuts.extend(overlaps.iter().flat_map(|o| o.t).map(|t| (t, Cut::Overlap)));
+        let is_own_edge = |k: usize| {
+            let other = &curves[k];
+            other.kind != CurveKind::Silhouette && other.surfaces.iter().any(|s| curve.surfaces.contains(s))
+        };
+        (cut(curve, index, table, cuts, &overlaps, resolution, is_own_edge), stats)
     }
-    stats.subdivisions = work.subdivisions;
-    stats.newton = work.newton;
-    stats.undecided += work.undecided;
-    let overlaps = merged(overlaps, &table, resolution);
-    stats.overlaps = overlaps.len() as u64;
-    stats.piercings = pierced.len() as u64;
-    cuts.extend(pierced.into_iter().map(|t| (t, Cut::Piercing)));
-    cuts.extend(overlaps.iter().flat_map(|o| o.t).map(|t| (t, Cut::Overlap)));
-    let is_own_edge = |k: usize| {
-        let other = &curves[k];
-        other.kind != CurveKind::Silhouette && other.surfaces.iter().any(|s| curve.surfaces.contains(s))
-    };
-    (cut(curve, index, &table, cuts, &overlaps, resolution, is_own_edge), table, stats)
 }
 
 /// Whether an overlap is the tangency of a curve with the silhouette of its own surface. Both then touch in space at a

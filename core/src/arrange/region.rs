@@ -21,6 +21,7 @@ use super::meeting::Meeting;
 use crate::extract::facing::Facing;
 use crate::extract::{CurveKind, Geometry, Path, SurfaceCurve};
 use crate::line::{Axis, Line};
+use crate::stop::Stop;
 
 /// A rectangle of a surface's parameters in which it faces one way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,7 +155,7 @@ fn boundary_is_simple(g: &Geometry<'_>, surface: usize, u: [f64; 2], v: [f64; 2]
         sides: Vec::new(),
         splits: Vec::new(),
     });
-    let arcs = Arcs::new(&curves, g, options.resolution);
+    let arcs = Arcs::new(&curves, g, options.resolution, Stop::NEVER);
     let mut work = Work::default();
     let mut found = Vec::new();
     for (k, first) in arcs.arcs.iter().enumerate() {

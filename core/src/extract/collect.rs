@@ -10,6 +10,7 @@ use super::on_line::{corners, facing_zeros};
 use super::silhouette::Silhouettes;
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
+use crate::stop::Stop;
 
 /// Which kinds of curve are wanted on paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,14 +69,21 @@ pub fn curves(
     stitching: &Stitching,
     silhouettes: &Silhouettes,
     options: &CurveOptions,
+    stop: Stop<'_>,
 ) -> Vec<SurfaceCurve> {
     let mut out = Vec::new();
     for edge in &stitching.edges {
+        if stop.is_wanted() {
+            return out;
+        }
         if edge.owner() {
             edge_curves(g, stitching, edge, options, &mut out);
         }
     }
     for surface in 0..g.view.surfaces().len() {
+        if stop.is_wanted() {
+            return out;
+        }
         inner_lines(g, surface, options, &mut out);
     }
     for traced in &silhouettes.curves {
@@ -96,6 +104,9 @@ pub fn curves(
     out.sort_by_key(|c| !c.active);
     if options.wanted.iso {
         for surface in 0..g.view.surfaces().len() {
+            if stop.is_wanted() {
+                return out;
+            }
             iso_curves(g, surface, options.isos, &mut out);
         }
     }

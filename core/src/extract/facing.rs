@@ -18,6 +18,7 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::bernstein::Bivariate;
+use crate::stop::Stop;
 use crate::view::{MAX_DEGREE, Patch};
 
 /// Unit roundoff of f64, 2⁻⁵³.
@@ -119,8 +120,9 @@ pub fn facing(patch: &Patch) -> FacingForm {
 
 /// Classifies every patch, with counts.
 #[must_use]
-pub fn facing_of_all(patches: &[Patch]) -> (alloc::vec::Vec<FacingForm>, FacingStats) {
-    let forms: alloc::vec::Vec<FacingForm> = patches.iter().map(facing).collect();
+pub fn facing_of_all(patches: &[Patch], stop: Stop<'_>) -> (alloc::vec::Vec<FacingForm>, FacingStats) {
+    let going = patches.iter().take_while(|_| !stop.is_wanted());
+    let forms: alloc::vec::Vec<FacingForm> = going.map(facing).collect();
     let mut stats = FacingStats { patches: forms.len(), ..FacingStats::default() };
     for f in &forms {
         match f.facing {

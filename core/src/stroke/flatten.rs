@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::{Stroke, StrokePoint};
 use crate::extract::{Geometry, Path, SurfaceCurve};
+use crate::stop::Stop;
 use crate::visibility::Sighting;
 
 /// Polylines of the sightings, neighbours of one curve with equal visibility joined. Each chord stays within
@@ -13,7 +14,13 @@ use crate::visibility::Sighting;
 /// the curves. (A curve in a plane through the sight line is straight on the screen, but its polyline is of use in space
 /// as well.)
 #[must_use]
-pub fn flatten(g: &Geometry<'_>, curves: &[SurfaceCurve], sightings: &[Sighting], tolerance: f64) -> Vec<Stroke> {
+pub fn flatten(
+    g: &Geometry<'_>,
+    curves: &[SurfaceCurve],
+    sightings: &[Sighting],
+    tolerance: f64,
+    stop: Stop<'_>,
+) -> Vec<Stroke> {
     let mut runs: Vec<Sighting> = Vec::with_capacity(sightings.len());
     for s in sightings {
         match runs.last_mut() {
@@ -27,7 +34,7 @@ pub fn flatten(g: &Geometry<'_>, curves: &[SurfaceCurve], sightings: &[Sighting]
     // A closed curve seen from end to end is one closed stroke; one cut at its seam only is joined there by chaining.
     let line = |s: &Sighting| {
         let curve = &curves[s.curve];
-        let points = polyline(g, curve, s.t, tolerance);
+        let points = if stop.is_wanted() { Vec::new() } else { polyline(g, curve, s.t, tolerance) };
         Stroke { kind: curve.kind, surface: curve.surface, qi: s.qi, certainty: s.certainty, points }
     };
     #[cfg(feature = "parallel")]
@@ -136,11 +143,11 @@ mod tests {
         let surface = sphere(&Frame::WORLD, 1.0).unwrap();
         let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface }] };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::new(1.0, 0.4, 0.3), DVec3::Z).unwrap()).unwrap();
-        let (forms, _) = facing_of_all(view.patches());
+        let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
         let g = Geometry { view: &view, forms: &forms };
-        let stitching = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.01 });
+        let stitching = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.01 }, Stop::NEVER);
         let options = CurveOptions { wanted: CurveSet::default(), isos: 4, angle: 0.01, contact: 1e-6 };
-        let all = crate::extract::curves(&g, &stitching, &Silhouettes::default(), &options);
+        let all = crate::extract::curves(&g, &stitching, &Silhouettes::default(), &options, Stop::NEVER);
         let isos: Vec<SurfaceCurve> = all.into_iter().filter(|c| c.kind == CurveKind::Iso).collect();
         let sighting = |(k, c): (usize, &SurfaceCurve)| {
             let [a, b] = c.domain;
@@ -149,7 +156,7 @@ mod tests {
             [[a, m], [m, b]].map(|t| Sighting { curve: k, t, qi: 0, certainty: Certainty::Proven })
         };
         let sightings: Vec<Sighting> = isos.iter().enumerate().flat_map(sighting).collect();
-        flatten(&g, &isos, &sightings, tolerance)
+        flatten(&g, &isos, &sightings, tolerance, Stop::NEVER)
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::arrange::{Arcs, Arrangement, LengthTable, Piece};
 use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
+use crate::stop::Stop;
 
 /// Where the visibility of a piece comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,6 +58,8 @@ pub struct Subject<'a> {
     pub stitching: &'a Stitching,
     /// The surfaces.
     pub occluders: &'a Occluders,
+    /// When to stop.
+    pub stop: Stop<'a>,
 }
 
 impl Subject<'_> {
@@ -97,9 +100,9 @@ pub struct Sighting {
     pub certainty: Certainty,
 }
 
-/// A place where visibility could not be decided.
+/// A place where visibility rests on a tolerance, or could not be decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UndecidedPlace {
+pub struct Doubt {
     /// The place in model space.
     pub at: DVec3,
     /// Why.
@@ -118,8 +121,12 @@ pub struct VisibilityStats {
     /// Pieces along which rays disagreed, so that a change was sought and found inside, and links between pieces that
     /// disagreed, so that rays decided.
     pub disagreements: u64,
-    /// Where nothing could be decided.
-    pub undecided: Vec<UndecidedPlace>,
+    /// Parts of curves by how their visibility was decided: proven, by a tolerance, undecided.
+    pub decided: [u64; 3],
+    /// A place of each part that was decided by a tolerance.
+    pub tolerated: Vec<Doubt>,
+    /// A place of each piece about which nothing could be decided.
+    pub undecided: Vec<Doubt>,
 }
 
 impl VisibilityStats {
@@ -128,6 +135,7 @@ impl VisibilityStats {
         self.rays_passive += other.rays_passive;
         self.propagated += other.propagated;
         self.disagreements += other.disagreements;
+        self.tolerated.extend(other.tolerated);
         self.undecided.extend(other.undecided);
     }
 }
@@ -147,8 +155,8 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
     let (asked, told): (Vec<usize>, Vec<usize>) = wanted.partition(by_rays);
     let mut all: Vec<(usize, Sighting)> = Vec::with_capacity(pieces.len());
     for k in told {
-        if let Some((qi, certainty)) = known[k] {
-            all.push((k, Sighting { curve: pieces[k].curve, t: pieces[k].t, qi, certainty }));
+        if let Some(qi) = known[k] {
+            all.push((k, Sighting { curve: pieces[k].curve, t: pieces[k].t, qi, certainty: Certainty::Proven }));
         }
     }
     for (k, (seen, s)) in asked.iter().zip(ask_all(subject, options, &asked)) {
@@ -156,7 +164,11 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
         stats.add(s);
     }
     all.sort_by_key(|a| a.0);
-    (all.into_iter().map(|a| a.1).collect(), stats)
+    let all: Vec<Sighting> = all.into_iter().map(|a| a.1).collect();
+    for s in &all {
+        stats.decided[s.certainty as usize] += 1;
+    }
+    (all, stats)
 }
 
 /// Fires rays along pieces, by their indices.
@@ -166,6 +178,9 @@ fn ask_all(
     pieces: &[usize],
 ) -> Vec<(Vec<Sighting>, VisibilityStats)> {
     let look = |scratch: &mut RayScratch, k: &usize| {
+        if subject.stop.is_wanted() {
+            return (Vec::new(), VisibilityStats::default());
+        }
         let mut watch = Watch::new(subject, options, *k, scratch);
         let seen = watch.piece();
         (seen, watch.stats)
@@ -217,11 +232,10 @@ impl<'a> Watch<'a> {
     }
 
     /// The answer of one ray to the piece, if there is a clear one.
-    pub(super) fn once(&mut self) -> Option<(u32, Certainty)> {
+    pub(super) fn once(&mut self) -> Option<u32> {
         let [a, b] = self.piece.t;
         let sample = self.clear_sample(self.table.length_at(a), self.table.length_at(b), 0, 1);
-        let certainty = if sample.contact { Certainty::Tolerance } else { Certainty::Proven };
-        sample.clear.then_some((sample.qi, certainty))
+        sample.clear.then_some(sample.qi)
     }
 
     fn piece(&mut self) -> Vec<Sighting> {
@@ -244,6 +258,7 @@ impl<'a> Watch<'a> {
         let mut out = Vec::new();
         let mut start = a;
         let mut changes = 0;
+        let doubt = |t: f64, why: &'static str| Doubt { at: self.curve.model_point(&self.subject.geometry, t), why };
         for w in samples.windows(2) {
             if self.key(w[0].qi) != self.key(w[1].qi) {
                 let t = self.locate_change(w[0], w[1]);
@@ -256,14 +271,24 @@ impl<'a> Watch<'a> {
         if changes > 0 {
             self.stats.disagreements += 1;
             out.push(self.sighting([start, b], last.qi, Certainty::Tolerance));
-            if !clear {
+            if clear {
+                let why = "rays differ along a piece; the change between them was located";
+                let places: Vec<Doubt> = out.iter().map(|s| doubt(0.5 * (s.t[0] + s.t[1]), why)).collect();
+                self.stats.tolerated.extend(places);
+            } else {
                 for s in &mut out {
                     s.certainty = Certainty::Undecided;
                 }
-                let at = self.curve.model_point(&self.subject.geometry, last.t);
-                self.stats.undecided.push(UndecidedPlace { at, why: "every sight line meets a fold or a border" });
+                let doubt = doubt(last.t, "every sight line meets a fold or a border");
+                self.stats.undecided.push(doubt);
             }
         } else {
+            if certainty == Certainty::Tolerance {
+                let why =
+                    if clear { "a surface passes through the curve" } else { "sight lines meet a fold or a border" };
+                let doubt = doubt(last.t, why);
+                self.stats.tolerated.push(doubt);
+            }
             out.push(self.sighting([start, b], last.qi, certainty));
         }
         out

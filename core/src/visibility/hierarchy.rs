@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use super::leaf::{Degrees, Enclosure, Equations, Tolerances, Window, halve};
 use super::pole::{Pole, poles};
+use crate::stop::Stop;
 use crate::view::{MAX_DEGREE, Patch};
 
 /// Lengths below this part of the scene's diagonal are not told apart: width of a border, depth of a contact. Coordinates
@@ -104,7 +105,7 @@ impl Occluders {
     /// a parameter direction (degree 0). The result depends on the order of the patches only through the order of
     /// equal hits. O(n log n) in the number of cells.
     #[must_use]
-    pub fn new(patches: &[Patch]) -> Self {
+    pub fn new(patches: &[Patch], stop: Stop<'_>) -> Self {
         let (mut lo, mut hi, mut reach) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
         for h in patches.iter().flat_map(|p| &p.points) {
             let x = h.truncate() / h.w;
@@ -129,6 +130,9 @@ impl Occluders {
         let halvings = MOST_HALVINGS.saturating_sub(doublings).max(LEAST_HALVINGS);
         let mut equations = Equations::EMPTY;
         for (index, patch) in patches.iter().enumerate() {
+            if stop.is_wanted() {
+                break;
+            }
             if has_area(patch, rounding) {
                 build.add(index, patch, halvings, &mut equations);
             } else {

@@ -22,7 +22,7 @@ mod propagate;
 mod ray;
 
 pub use certainty::Certainty;
-pub use classify::{ClassifyOptions, Method, Sighting, Subject, UndecidedPlace, VisibilityStats, classify};
+pub use classify::{ClassifyOptions, Doubt, Method, Sighting, Subject, VisibilityStats, classify};
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 

@@ -9,12 +9,12 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
+use super::RayScratch;
 use super::classify::{ClassifyOptions, Subject, VisibilityStats, Watch};
 use super::links::{Link, links};
-use super::{Certainty, RayScratch};
 
-/// What is known of a piece: sheets in front, and how sure that is.
-type Known = Option<(u32, Certainty)>;
+/// What is known of a piece: sheets in front.
+type Known = Option<u32>;
 
 /// Directions in which the outermost point of the picture is a start. No axis is among them: there a whole edge may be
 /// outermost, and all of its points lie before or behind others.
@@ -38,13 +38,16 @@ pub(super) fn propagate(subject: &Subject<'_>, options: &ClassifyOptions, stats:
         if let Some(k) = subject.outermost(direction, margin)
             && known[k].is_none()
         {
-            known[k] = Some((0, Certainty::Proven));
+            known[k] = Some(0);
             graph.spread(k, &mut known, &mut queue);
         }
     }
     let mut scratch = RayScratch::default();
     let mut fired = vec![false; pieces.len()];
     for k in 0..pieces.len() {
+        if subject.stop.is_wanted() {
+            break;
+        }
         if known[k].is_some() || !subject.wanted(&pieces[k]) {
             continue;
         }
@@ -76,7 +79,7 @@ pub(super) fn propagate(subject: &Subject<'_>, options: &ClassifyOptions, stats:
 /// Whether both ends of a link are known, and not as the link says.
 fn contradicts(link: &Link, known: &[Known]) -> bool {
     match (known[link.from], known[link.to]) {
-        (Some((a, _)), Some((b, _))) => i64::from(a) + i64::from(link.difference) != i64::from(b),
+        (Some(a), Some(b)) => i64::from(a) + i64::from(link.difference) != i64::from(b),
         _ => false,
     }
 }
@@ -120,12 +123,12 @@ impl Graph {
     fn spread(&self, from: usize, known: &mut [Known], queue: &mut VecDeque<usize>) {
         queue.push_back(from);
         while let Some(k) = queue.pop_front() {
-            let Some((qi, certainty)) = known[k] else { continue };
+            let Some(qi) = known[k] else { continue };
             for &(other, difference) in self.of(k) {
                 // Fewer than none is a contradiction, and stays open: the link is looked at again in the end.
                 let told = qi.saturating_add_signed(difference);
                 if known[other].is_none() {
-                    known[other] = Some((told, certainty));
+                    known[other] = Some(told);
                     queue.push_back(other);
                 }
             }

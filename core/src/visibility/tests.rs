@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use super::{Exclusion, Occluders, RayAnswer, RayScratch, Unclear};
 use crate::nurbs::Surface;
 use crate::shape::{self, Frame};
+use crate::stop::Stop;
 use crate::view::{Camera, Patch};
 
 /// A patch of surface `surface` on u × v from homogeneous model points, seen through `view`.
@@ -82,7 +83,7 @@ fn turned(x: f64, y: f64, z: f64) -> DMat4 {
 }
 
 fn ask(patches: &[Patch], p: DVec3, exclude: &[Exclusion]) -> RayAnswer {
-    Occluders::new(patches).query(p, exclude, &mut RayScratch::new())
+    Occluders::new(patches, Stop::NEVER).query(p, exclude, &mut RayScratch::new())
 }
 
 fn clear(qi: u32) -> RayAnswer {
@@ -91,7 +92,7 @@ fn clear(qi: u32) -> RayAnswer {
 
 #[test]
 fn nothing_hides_nothing() {
-    let o = Occluders::new(&[]);
+    let o = Occluders::new(&[], Stop::NEVER);
     assert_eq!(o.size(), 0.0);
     assert_eq!(o.query(DVec3::ZERO, &[], &mut RayScratch::new()), clear(0));
 }
@@ -114,7 +115,7 @@ fn a_plane_behind_a_plane() {
 fn borders_and_corners_of_patches_count_one_sheet() {
     for view in [DMat4::IDENTITY, turned(0.4, 0.3, 0.2), turned(0.0, 3.0, 0.7)] {
         for height in [|_, _| 0.0, |x: f64, y: f64| 0.3 * x * y] {
-            let o = Occluders::new(&grid(0, 4, height, view));
+            let o = Occluders::new(&grid(0, 4, height, view), Stop::NEVER);
             let mut scratch = RayScratch::new();
             for i in -7..=7 {
                 for j in -7..=7 {
@@ -151,7 +152,7 @@ fn an_open_border_and_a_crease_are_not_clear() {
 fn a_sphere_from_every_side() {
     let mut scratch = RayScratch::new();
     for view in [DMat4::IDENTITY, turned(1.1, 0.2, 0.0), turned(core::f64::consts::FRAC_PI_2, 0.0, 0.3)] {
-        let o = Occluders::new(&sphere(0, view));
+        let o = Occluders::new(&sphere(0, view), Stop::NEVER);
         for i in -12..=12 {
             for j in -12..=12 {
                 let q = DVec2::new(f64::from(i), f64::from(j)) / 8.0;
@@ -172,7 +173,7 @@ fn a_sphere_from_every_side() {
 fn close_to_the_outline_of_a_sphere() {
     let mut scratch = RayScratch::new();
     for view in [DMat4::IDENTITY, turned(1.1, 0.2, 0.0), turned(core::f64::consts::FRAC_PI_2, 0.0, 0.3)] {
-        let o = Occluders::new(&sphere(0, view));
+        let o = Occluders::new(&sphere(0, view), Stop::NEVER);
         for k in 0..40 {
             let a = 0.16 * f64::from(k);
             let d = DVec2::new(libm::cos(a), libm::sin(a));
@@ -193,7 +194,7 @@ fn close_to_the_outline_of_a_sphere() {
 fn close_to_the_pole_of_a_sphere() {
     let mut scratch = RayScratch::new();
     for view in [DMat4::IDENTITY, turned(0.7, 0.2, 0.0), turned(1.5, 0.0, 0.3)] {
-        let o = Occluders::new(&sphere(0, view));
+        let o = Occluders::new(&sphere(0, view), Stop::NEVER);
         let pole = (view * DVec4::new(0.0, 0.0, 1.0, 1.0)).truncate();
         for k in 0..30 {
             for off in [0.0, 1e-16, 1e-12, 1e-10, 3e-10, 1e-9, 2e-9, 5e-9, 1e-8, 1e-6, 1e-3] {
@@ -210,7 +211,7 @@ fn close_to_the_pole_of_a_sphere() {
 fn two_nested_spheres() {
     let mut all = sphere(0, turned(0.3, 0.1, 0.0));
     all.extend(sphere(1, DMat4::from_scale(DVec3::splat(0.5)) * turned(1.0, 0.5, 0.0)));
-    let o = Occluders::new(&all);
+    let o = Occluders::new(&all, Stop::NEVER);
     let mut scratch = RayScratch::new();
     let q = DVec2::new(0.1, 0.2);
     let heights: Vec<f64> = o.hits(q, &mut scratch).iter().map(|h| h.z).collect();
@@ -240,7 +241,7 @@ fn torus_sheets(inverse: DMat4, major: f64, minor: f64, p: DVec3) -> u32 {
 #[test]
 fn points_on_a_surface_and_on_its_silhouette() {
     let view = turned(0.9, 0.4, 0.0);
-    let o = Occluders::new(&sphere(0, view));
+    let o = Occluders::new(&sphere(0, view), Stop::NEVER);
     let mut scratch = RayScratch::new();
     for patch in sphere(0, view) {
         for i in 0..=8 {
@@ -292,7 +293,7 @@ fn points_on_a_surface_and_on_its_silhouette() {
 #[test]
 fn a_patch_seen_along_itself_occludes_nothing() {
     let upright = grid(0, 1, |_, _| 0.0, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.3));
-    let o = Occluders::new(&upright);
+    let o = Occluders::new(&upright, Stop::NEVER);
     assert_eq!(o.left_out(), 1);
     assert_eq!(o.query(DVec3::new(0.1, 0.0, -3.0), &[], &mut RayScratch::new()), clear(0));
 }
@@ -313,7 +314,7 @@ fn a_closed_can_seen_along_its_axis() {
         shape::disk(&upright(), 1.0).unwrap(),
         shape::disk(&Frame::at(DVec3::new(0.0, 0.0, 2.0)).unwrap(), 1.0).unwrap(),
     ];
-    let o = Occluders::new(&seen(&can, DMat4::IDENTITY));
+    let o = Occluders::new(&seen(&can, DMat4::IDENTITY), Stop::NEVER);
     assert!(o.left_out() >= 3, "the wall has no area");
     let mut scratch = RayScratch::new();
     for (x, y, qi) in [(0.0, 0.0, 2), (0.5, 0.0, 2), (0.0, -0.5, 2), (0.3, 0.4, 2), (1.1, 0.0, 0), (0.8, 0.8, 0)] {
@@ -321,7 +322,7 @@ fn a_closed_can_seen_along_its_axis() {
         assert_eq!(o.query(DVec3::new(x, y, 1.0), &[], &mut scratch), clear(qi / 2));
     }
     // From the side its ends have no area, and the middle line of sight runs along a seam.
-    let o = Occluders::new(&seen(&can, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.0)));
+    let o = Occluders::new(&seen(&can, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.0)), Stop::NEVER);
     for x in [0.0, 0.25, -0.5, 0.999, 1.001] {
         let qi = 2 * u32::from(f64::abs(x) < 1.0);
         assert_eq!(o.query(DVec3::new(x, -1.0, -3.0), &[], &mut scratch), clear(qi), "{x}");
@@ -334,7 +335,7 @@ fn the_apex_of_a_cone() {
     let mut scratch = RayScratch::new();
     for (a, b) in [(0.0, 0.0), (0.2, 0.1), (3.0, 0.0)] {
         let view = turned(a, b, 0.4);
-        let o = Occluders::new(&seen(&cone, view));
+        let o = Occluders::new(&seen(&cone, view), Stop::NEVER);
         let apex = (view * DVec4::new(0.0, 0.0, 2.0, 1.0)).truncate();
         assert_eq!(o.query(apex - DVec3::Z, &[], &mut scratch), clear(1), "{a} {b}");
         assert_eq!(o.query(apex + DVec3::Z, &[], &mut scratch), clear(0), "{a} {b}");
@@ -344,7 +345,7 @@ fn the_apex_of_a_cone() {
         assert!(o.query(apex, &[], &mut scratch).contact, "{a} {b}");
     }
     // Across the axis the cone ends at the tip: it is met on one side of it only.
-    let o = Occluders::new(&seen(&cone, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.4)));
+    let o = Occluders::new(&seen(&cone, turned(core::f64::consts::FRAC_PI_2, 0.0, 0.4)), Stop::NEVER);
     assert!(!o.query(DVec3::new(0.0, -2.0, -5.0), &[], &mut scratch).clear);
     assert_eq!(o.query(DVec3::new(0.0, -1.999, -5.0), &[], &mut scratch), clear(2));
 }
@@ -355,7 +356,7 @@ fn perspective_and_elevated_degrees_change_no_count() {
     let elevated = sphere.elevated(4, 3).unwrap();
     let eye = DVec3::new(2.0, -3.0, 1.0);
     let camera = Camera::perspective(eye, DVec3::new(0.1, 0.0, 0.2), DVec3::Z).unwrap();
-    let [a, b] = [sphere, elevated].map(|s| Occluders::new(&seen(&[s], camera.matrix())));
+    let [a, b] = [sphere, elevated].map(|s| Occluders::new(&seen(&[s], camera.matrix()), Stop::NEVER));
     let mut scratch = RayScratch::new();
     for k in 0..400 {
         let x = DVec3::new(f64::from(k % 7) - 3.0, f64::from(k / 7 % 7) - 3.0, f64::from(k / 49) - 4.0) * 0.55;
@@ -434,7 +435,7 @@ proptest! {
         let view = turned(a, b, 0.0);
         let p = DVec3::new(x, y, z);
         let (major, minor) = (1.0, 0.4);
-        let o = Occluders::new(&torus(0, major, minor, view));
+        let o = Occluders::new(&torus(0, major, minor, view), Stop::NEVER);
         let answer = o.query(p, &[], &mut RayScratch::new());
         prop_assert!(answer.clear);
         prop_assert_eq!(answer.qi, torus_sheets(view.inverse(), major, minor, p));
@@ -450,8 +451,8 @@ proptest! {
             DVec4::new(i as f64 + 2.0 * dx, j as f64 + 2.0 * dy, z, 1.0) * w
         });
         let patch = patch(0, [3, 3], [0.0, 1.0], [0.0, 1.0], points_of.collect(), DMat4::IDENTITY);
-        let o = Occluders::new(core::slice::from_ref(&patch));
-        let others = rewritten(&patch).map(|p| Occluders::new(&p));
+        let o = Occluders::new(core::slice::from_ref(&patch), Stop::NEVER);
+        let others = rewritten(&patch).map(|p| Occluders::new(&p, Stop::NEVER));
         let mut scratch = RayScratch::new();
         for (x, y, z) in points {
             let p = DVec3::new(x, y, z);
@@ -474,7 +475,7 @@ proptest! {
         let view = turned(a, b, 0.0);
         let index = |x: f64| libm::round(2.0 * x + 2.0) as usize;
         let all = grid(0, 4, |x, y| 0.3 * heights[index(x) * 5 + index(y)], view);
-        let o = Occluders::new(&all);
+        let o = Occluders::new(&all, Stop::NEVER);
         let mut scratch = RayScratch::new();
         let at = |k: usize| (k / 8, (k % 8) as f64 / 8.0);
         let ((pi, s), (pj, t)) = (at(i), at(j));

@@ -7,6 +7,7 @@ use crate::args::DrawArgs;
 use crate::compute::{Computed, compute, summary};
 use crate::emit::{self, EmitError, Format};
 use crate::error::Error;
+use crate::interrupt;
 use crate::options::{DrawOptions, Output};
 use crate::output;
 use crate::progress::Progress;
@@ -35,10 +36,14 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
         let text = stats.json().map_err(|source| Error::Json { path: path.clone(), source })?;
         files.push((path.clone(), text.into_bytes()));
     }
+    if interrupt::is_wanted() {
+        return Err(Error::Interrupted { doing: "making the files".into() });
+    }
     output::write_all(&files)?;
     drop(progress);
 
     eprintln!("{}", summary(&computed.drawing.name, &stats));
+    eprintln!("{}", stats.visibility.summary());
     for warning in stats.warnings() {
         eprintln!("warning: {warning}; --stats FILE.json lists all");
     }

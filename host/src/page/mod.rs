@@ -29,11 +29,22 @@ pub enum Hidden {
     Layer,
 }
 
+/// How hidden strokes are told apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Depths {
+    /// Not at all: one layer, one dash pattern.
+    #[default]
+    Together,
+    /// By the number n of sheets in front: a layer `hidden-n` with pen n + 1, or dashes a fraction 1/n as long.
+    Apart,
+}
+
 /// Puts strokes on the paper, dashes or drops the hidden ones, and orders them for drawing.
 ///
-/// The layer is the name of the kind, or `hidden`. Cost: O(n log n) in the strokes for anything but clustered ends.
+/// The layer is the name of the kind, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes for anything but clustered
+/// ends.
 #[must_use]
-pub fn lay_out(strokes: &[Stroke], layout: &Layout, hidden: Hidden) -> Vec<Polyline> {
+pub fn lay_out(strokes: &[Stroke], layout: &Layout, hidden: Hidden, depths: Depths) -> Vec<Polyline> {
     let mut polylines = Vec::with_capacity(strokes.len());
     for stroke in strokes.iter().filter(|stroke| stroke.points.len() >= 2) {
         let visible = stroke.qi == 0;
@@ -41,10 +52,17 @@ pub fn lay_out(strokes: &[Stroke], layout: &Layout, hidden: Hidden) -> Vec<Polyl
             polylines.push(polyline(stroke, layout, stroke.kind.name(), 1));
             continue;
         }
+        let (layer, depth) = match depths {
+            Depths::Together => (HIDDEN_LAYER.to_owned(), 1),
+            Depths::Apart => (format!("{HIDDEN_LAYER}-{}", stroke.qi), stroke.qi),
+        };
         match hidden {
             Hidden::Omit => {}
-            Hidden::Dashed(pattern) => dash(&polyline(stroke, layout, HIDDEN_LAYER, 1), pattern, &mut polylines),
-            Hidden::Layer => polylines.push(polyline(stroke, layout, HIDDEN_LAYER, 2)),
+            Hidden::Dashed(pattern) => {
+                let pattern = DashPattern { dash_mm: pattern.dash_mm / f64::from(depth), ..pattern };
+                dash(&polyline(stroke, layout, &layer, 1), pattern, &mut polylines);
+            }
+            Hidden::Layer => polylines.push(polyline(stroke, layout, &layer, depth + 1)),
         }
     }
     order(polylines)
@@ -90,17 +108,24 @@ mod tests {
             stroke(CurveKind::Boundary, 0, [[0.0, 0.0], [1.0, 0.0]]),
             stroke(CurveKind::Iso, 2, [[0.0, 1.0], [1.0, 1.0]]),
         ];
-        let omitted = lay_out(&strokes, &layout, Hidden::Omit);
+        let omitted = lay_out(&strokes, &layout, Hidden::Omit, Depths::Together);
         assert_eq!(omitted.len(), 1);
         assert_eq!(omitted[0].page, [DVec2::new(10.0, 10.0), DVec2::new(110.0, 10.0)]);
         assert_eq!((omitted[0].layer.as_str(), omitted[0].pen, omitted[0].surface), ("boundary", 1, 3));
 
-        let layered = lay_out(&strokes, &layout, Hidden::Layer);
+        let layered = lay_out(&strokes, &layout, Hidden::Layer, Depths::Together);
         assert_eq!(layered.len(), 2);
         assert_eq!((layered[1].layer.as_str(), layered[1].pen, layered[1].visible), ("hidden", 2, false));
 
-        let dashed = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()));
+        let apart = lay_out(&strokes, &layout, Hidden::Layer, Depths::Apart);
+        assert_eq!((apart[1].layer.as_str(), apart[1].pen), ("hidden-2", 3));
+
+        let dashed = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Together);
         let hidden: Vec<_> = dashed.iter().filter(|p| !p.visible).collect();
         assert!(hidden.len() > 10 && hidden.iter().all(|p| p.qi == 2 && p.pen == 1 && p.layer == "hidden"));
+
+        let finer = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Apart);
+        let finer: Vec<_> = finer.iter().filter(|p| !p.visible).collect();
+        assert!(finer.len() > hidden.len() && finer.iter().all(|p| p.pen == 1 && p.layer == "hidden-2"));
     }
 }

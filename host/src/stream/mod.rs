@@ -4,7 +4,6 @@
 //! which is told the time by a [`Clock`]: that of the wall, or the simulated plotter's own.
 
 mod clock;
-mod interrupt;
 mod terminal;
 
 use std::io::{self, ErrorKind};

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::{Observer, interrupt};
+use super::Observer;
+use crate::interrupt;
 use crate::protocol::Progress;
 
 /// Time before a bar is shown.

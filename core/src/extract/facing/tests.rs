@@ -83,7 +83,7 @@ fn first_differences_decide_a_gentle_patch_without_the_polynomial() {
     assert_eq!((form.facing, form.polynomial), (Facing::Front, None));
     let turned = patch(3, 3, |i, j| DVec4::new(-(i as f64), j as f64, 0.0, 1.0));
     assert_eq!(facing(&turned).facing, Facing::Back);
-    let (_, stats) = facing_of_all(&[gentle, turned]);
+    let (_, stats) = facing_of_all(&[gentle, turned], Stop::NEVER);
     assert_eq!((stats.patches, stats.by_differences, stats.mixed), (2, 2, 0));
 }
 

@@ -6,6 +6,7 @@ use crate::nurbs::{KnotVector, Surface};
 use crate::scene::{Scene, SceneSurface};
 use crate::shape::{Frame, cylinder, sphere, torus};
 use crate::stitch::StitchOptions;
+use crate::stop::Stop;
 use crate::view::{Camera, ViewScene};
 use core::f64::consts::{PI, TAU};
 use glam::{DVec3, DVec4};
@@ -35,13 +36,13 @@ fn found(surfaces: Vec<Surface>, eye: DVec3) -> Vec<Found> {
     let camera = Camera::orthographic(eye, up).unwrap();
     let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
     let contact = 1e-6 * view.size();
-    let stitching = Stitching::new(&view, &StitchOptions { distance: contact, angle: DEGREE });
-    let (forms, _) = facing_of_all(view.patches());
+    let stitching = Stitching::new(&view, &StitchOptions { distance: contact, angle: DEGREE }, Stop::NEVER);
+    let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
     let g = Geometry { view: &view, forms: &forms };
-    let traced = silhouettes(view.patches(), &forms, SilhouetteOptions { chord: 1e-3, normal_angle: 0.2 });
+    let traced = silhouettes(view.patches(), &forms, SilhouetteOptions { chord: 1e-3, normal_angle: 0.2 }, Stop::NEVER);
     assert!(traced.undecided.is_empty());
     let wanted = CurveSet { iso: false, ..CurveSet::default() };
-    let all = curves(&g, &stitching, &traced, &CurveOptions { wanted, isos: 0, angle: DEGREE, contact });
+    let all = curves(&g, &stitching, &traced, &CurveOptions { wanted, isos: 0, angle: DEGREE, contact }, Stop::NEVER);
     let kept = all.iter().filter(|c| c.kind != CurveKind::Boundary);
     kept.map(|c| Found {
         kind: c.kind,

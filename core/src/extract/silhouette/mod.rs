@@ -21,6 +21,7 @@ use self::trace::{Tracer, split_at_cusps};
 use self::walk::bracketed;
 use super::facing::{Facing, FacingForm, coordinate_rounding};
 use super::zero_set::{Rect, Variable, ZeroEnd, zero_set};
+use crate::stop::Stop;
 use crate::view::Patch;
 
 /// How finely silhouettes are divided into segments. Topology and position do not depend on it.
@@ -183,9 +184,12 @@ impl TracedCurve {
 
 /// Silhouettes of all patches; `forms` are their forms, index by index. Cost: linear in the number of mixed patches.
 #[must_use]
-pub fn silhouettes(patches: &[Patch], forms: &[FacingForm], options: SilhouetteOptions) -> Silhouettes {
+pub fn silhouettes(patches: &[Patch], forms: &[FacingForm], options: SilhouetteOptions, stop: Stop<'_>) -> Silhouettes {
     let mut out = Silhouettes::default();
     for (k, (patch, form)) in patches.iter().zip(forms).enumerate() {
+        if stop.is_wanted() {
+            break;
+        }
         silhouettes_of(k, patch, form, options, &mut out);
     }
     out

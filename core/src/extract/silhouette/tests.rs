@@ -2,6 +2,7 @@ use super::trace::distance_to_chord;
 use super::*;
 use crate::bernstein::Bivariate;
 use crate::extract::facing::facing_of_all;
+use crate::stop::Stop;
 use crate::view::Camera;
 use core::f64::consts::{PI, TAU};
 use glam::{DVec3, DVec4};
@@ -48,8 +49,8 @@ fn torus(camera: &Camera) -> Vec<Patch> {
 }
 
 fn traced(patches: &[Patch], options: SilhouetteOptions) -> (Vec<FacingForm>, Silhouettes) {
-    let (forms, _) = facing_of_all(patches);
-    let found = silhouettes(patches, &forms, options);
+    let (forms, _) = facing_of_all(patches, Stop::NEVER);
+    let found = silhouettes(patches, &forms, options, Stop::NEVER);
     (forms, found)
 }
 

@@ -8,21 +8,22 @@ static WATCH: Once = Once::new();
 static WANTED: AtomicBool = AtomicBool::new(false);
 
 /// What a shell reports of a program that Ctrl-C has ended: 128 and the number of the signal.
-const EXIT_INTERRUPTED: i32 = 130;
+pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// From now on the first Ctrl-C is a wish, and the second ends the program.
-pub(super) fn watch() {
+pub fn watch() {
     WATCH.call_once(|| {
         // Where a signal cannot be caught, it ends the program as before.
         let _ = ctrlc::set_handler(|| {
             if WANTED.swap(true, Ordering::Relaxed) {
-                process::exit(EXIT_INTERRUPTED);
+                process::exit(EXIT_INTERRUPTED.into());
             }
         });
     });
 }
 
 /// Whether Ctrl-C was pressed.
-pub(super) fn is_wanted() -> bool {
+#[must_use]
+pub fn is_wanted() -> bool {
     WANTED.load(Ordering::Relaxed)
 }
