@@ -128,6 +128,11 @@ impl Line {
     /// of a span are not told apart.
     #[must_use]
     pub fn nearest(&self, p: DVec3) -> (f64, f64) {
+        if let [span] = &self.spans[..]
+            && let [from, to] = span.points[..]
+        {
+            return nearest_on_segment(span.t, from, to, p);
+        }
         let [a, b] = self.domain();
         let mut best = (a, f64::INFINITY);
         for span in &self.spans {
@@ -182,6 +187,17 @@ impl Line {
     }
 }
 
+/// Nearest point to `p` of the segment between two homogeneous points over the parameters `t`: parameter and distance.
+fn nearest_on_segment(t: [f64; 2], from: DVec4, to: DVec4, p: DVec3) -> (f64, f64) {
+    let (a, b) = (from.truncate() / from.w, to.truncate() / to.w);
+    let chord = b - a;
+    let squared = chord.length_squared();
+    let along = if squared > 0.0 { ((p - a).dot(chord) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    // The fraction of the chord at the parameter s is s w₁ / ((1 − s) w₀ + s w₁).
+    let s = along * from.w / (along * from.w + (1.0 - along) * to.w);
+    (t[0] + s * (t[1] - t[0]), (a + chord * along - p).length())
+}
+
 /// Places a span at which a search for the nearest point begins.
 const SAMPLES: u32 = 16;
 
@@ -217,6 +233,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_segment_is_its_foot_whatever_its_weights() {
+        let (from, to) = (DVec4::new(1.0, 2.0, 0.0, 1.0), DVec4::new(20.0, 8.0, 0.0, 4.0));
+        for k in 0..=10 {
+            let s = f64::from(k) / 10.0;
+            let h = from.lerp(to, s);
+            let foot = h.truncate() / h.w;
+            let (t, d) = nearest_on_segment([3.0, 5.0], from, to, foot + DVec3::Z);
+            assert!((t - (3.0 + 2.0 * s)).abs() < 1e-12 && (d - 1.0).abs() < 1e-12, "{s}: {t}");
+        }
+        assert_eq!(nearest_on_segment([3.0, 5.0], from, to, DVec3::new(0.0, 2.0, 0.0)), (3.0, 1.0));
     }
 
     #[test]

@@ -23,6 +23,14 @@ pub struct Side {
     hi: DVec3,
 }
 
+impl Side {
+    /// Whether `p` is as near as `distance` to the box of the boundary curve: else it is farther from the curve.
+    fn may_hold(&self, p: DVec3, distance: f64) -> bool {
+        let margin = DVec3::splat(distance);
+        p.cmpge(self.lo - margin).all() && p.cmple(self.hi + margin).all()
+    }
+}
+
 /// What an interval of a side is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EdgeClass {
@@ -179,7 +187,11 @@ fn side_edges(
     for &j in near {
         let other = &sides[j].line;
         for t in other.spans.iter().map(|s| s.t[0]).chain([other.domain()[1]]) {
-            let (ti, d) = line.nearest(other.point(t));
+            let p = other.point(t);
+            if !sides[i].may_hold(p, options.distance) {
+                continue;
+            }
+            let (ti, d) = line.nearest(p);
             if d <= options.distance {
                 cuts.push(ti);
             }
@@ -202,8 +214,11 @@ fn side_edges(
     for w in kept.windows(2) {
         let at = |f: f64| w[0] + f * (w[1] - w[0]);
         let coincides = |j: &usize| {
-            let other = &sides[*j].line;
-            PROBES.iter().all(|&f| other.nearest(line.point(at(f))).1 <= options.distance)
+            let other = &sides[*j];
+            PROBES.iter().all(|&f| {
+                let p = line.point(at(f));
+                other.may_hold(p, options.distance) && other.line.nearest(p).1 <= options.distance
+            })
         };
         let partners: Vec<usize> = near.iter().copied().filter(coincides).collect();
         let classes = match partners.as_slice() {

@@ -32,26 +32,22 @@ pub(super) struct Sheets {
     contact: f64,
 }
 
-/// Cells a patch and direction for the broad phase: enough to tell most curves from most patches.
+/// Halvings of a patch in each direction for the broad phase: enough to tell most curves from most patches.
 const CUTS: u32 = 2;
+
+/// A cell smaller than this part of the scene is not cut: where patches are many, their own boxes tell them apart.
+const SMALL: f64 = 1.0 / 32.0;
 
 impl Sheets {
     pub(super) fn new(patches: &[&Patch], joined: Vec<Vec<usize>>, contact: f64) -> Self {
+        let wholes = patches.iter().map(|p| Cell::new([p.degree_u, p.degree_v], p.points.clone()));
+        let wholes: Vec<Cell> = wholes.collect();
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (lo, hi) = wholes.iter().fold(start, |(lo, hi), c| (lo.min(c.lo), hi.max(c.hi)));
+        let small = SMALL * (hi - lo).length();
         let mut cells = Vec::new();
-        for p in patches {
-            let whole = Cell::new([p.degree_u, p.degree_v], p.points.clone());
-            let mut parts = alloc::vec![whole];
-            for _ in 0..CUTS {
-                parts = parts
-                    .iter()
-                    .flat_map(|c| {
-                        let (a, b) = c.halves(0);
-                        let ((a0, a1), (b0, b1)) = (a.halves(1), b.halves(1));
-                        [a0, a1, b0, b1]
-                    })
-                    .collect();
-            }
-            cells.extend(parts.into_iter().map(|c| (p.surface, c)));
+        for (whole, p) in wholes.into_iter().zip(patches) {
+            whole.cut(CUTS, small, &mut |c| cells.push((p.surface, c)));
         }
         let grid = Grid::new(cells.iter().map(|(_, c)| (c.lo.truncate(), c.hi.truncate())));
         Self { cells, grid, joined, contact }
@@ -101,6 +97,20 @@ impl Cell {
         let (mut left, mut right) = (self.points.clone(), self.points.clone());
         halve_net(&mut left, &mut right, self.degree[0], self.degree[1], axis == 0);
         (Self::new(self.degree, left), Self::new(self.degree, right))
+    }
+
+    /// Quarters the cell so often, or until its parts are small, and hands out the parts.
+    fn cut(self, times: u32, small: f64, out: &mut impl FnMut(Self)) {
+        if times == 0 || (self.hi - self.lo).length() <= small {
+            out(self);
+            return;
+        }
+        let (a, b) = self.halves(0);
+        for half in [a, b] {
+            let (c, d) = half.halves(1);
+            c.cut(times - 1, small, out);
+            d.cut(times - 1, small, out);
+        }
     }
 
     /// The direction in which the cell is longer.
