@@ -47,6 +47,7 @@ extern crate std;
 pub mod arrange;
 pub mod bernstein;
 pub mod extract;
+mod grid;
 pub mod line;
 pub mod nurbs;
 pub mod pipeline;

@@ -8,6 +8,7 @@ use crate::arrange::region::{Region, RegionOptions, regions};
 use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
+use crate::extract::section::{section_curves, sections};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
 use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
 use crate::scene::Scene;
@@ -77,6 +78,8 @@ pub struct Stats {
     pub chains: ChainStats,
     /// Parts of surfaces where the silhouettes' topology is undecided.
     pub silhouette_undecided: Vec<UndecidedPart>,
+    /// Parts of surfaces where it is undecided how another one intersects them.
+    pub section_undecided: Vec<UndecidedPart>,
     /// Splitting.
     pub arrange: ArrangeStats,
     /// Visibility.
@@ -174,8 +177,15 @@ impl Prepared {
             angle: options.smooth_angle,
             contact: STITCH * size,
         };
-        let curves = curves(&g, &stitching, &traced, &gather, stop);
+        let mut curves = curves(&g, &stitching, &traced, &gather, stop);
         stop.check()?;
+        let mut undecided_sections = Vec::new();
+        if options.curves.section {
+            let found = sections(&view, &stitching, STITCH * size, stop);
+            stop.check()?;
+            curves.extend(section_curves(&g, &found));
+            undecided_sections = found.undecided;
+        }
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
         let chains = silhouette_chains(&g, &stitching, &curves, chaining);
         let arcs = Arcs::new(&curves, &g, FIT * size, stop);
@@ -185,6 +195,7 @@ impl Prepared {
             patches: view.patches().len() as u64,
             facing,
             silhouette_undecided: traced.undecided.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
+            section_undecided: undecided_sections.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             silhouette: traced.stats,
             chains: chains.stats,
             ..Stats::default()

@@ -40,7 +40,7 @@ pub struct DrawingArgs {
     /// Perspective in which the whole model fills an angle of so many degrees
     #[arg(long, value_name = "DEGREES")]
     pub perspective: Option<f64>,
-    /// Curves to ink, of boundary, crease, silhouette, iso, smooth
+    /// Curves to ink, of boundary, crease, silhouette, iso, smooth (joins), intersection (of surfaces)
     #[arg(long, value_name = "KINDS", default_value = "boundary,crease,silhouette,iso")]
     pub curves: String,
     /// Isocurves in each direction of a surface

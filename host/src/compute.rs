@@ -76,6 +76,7 @@ fn curve_set(options: &DrawingOptions) -> CurveSet {
         silhouette: has(CurveKind::Silhouette),
         iso: has(CurveKind::Iso),
         smooth: has(CurveKind::Smooth),
+        section: has(CurveKind::Section),
     }
 }
 

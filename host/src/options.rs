@@ -18,8 +18,14 @@ use crate::model::{Projection, View};
 use crate::page::{self, DashPattern, Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
 
 /// Kinds that `--curves` knows.
-const KINDS: [CurveKind; 5] =
-    [CurveKind::Boundary, CurveKind::Crease, CurveKind::Silhouette, CurveKind::Iso, CurveKind::Smooth];
+const KINDS: [(&str, CurveKind); 6] = [
+    ("boundary", CurveKind::Boundary),
+    ("crease", CurveKind::Crease),
+    ("silhouette", CurveKind::Silhouette),
+    ("iso", CurveKind::Iso),
+    ("smooth", CurveKind::Smooth),
+    ("intersection", CurveKind::Section),
+];
 
 /// Most isocurves a direction. More would not be told apart on paper.
 const MOST_ISOS: u32 = 1000;
@@ -277,9 +283,10 @@ fn kinds(text: &str) -> Result<BTreeSet<CurveKind>, OptionError> {
     let mut kinds = BTreeSet::new();
     for word in text.split(',').map(str::trim) {
         // The curves along trims are boundaries of the trimmed surface.
-        let name = if word == "trim" { CurveKind::Boundary.name() } else { word };
-        let kind = KINDS.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
-            bad("--curves", text, format!("`{word}` is not one of {}", KINDS.map(CurveKind::name).join(", ")))
+        let kind = if word == "trim" { "boundary" } else { word };
+        let known = KINDS.into_iter().find(|(name, kind_)| *name == kind || kind_.name() == kind);
+        let (_, kind) = known.ok_or_else(|| {
+            bad("--curves", text, format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))
         })?;
         kinds.insert(kind);
     }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use penvis_core::extract::UndecidedPart;
 use penvis_core::pipeline::{self, Stage};
 use penvis_core::visibility;
 use serde::Serialize;
@@ -25,6 +26,8 @@ pub struct Stats {
     pub seconds: Seconds,
     /// Extraction of silhouettes.
     pub silhouette: SilhouetteStats,
+    /// Extraction of sections.
+    pub section: SectionStats,
     /// Splitting.
     pub arrange: ArrangeStats,
     /// Visibility.
@@ -110,12 +113,19 @@ pub struct SilhouetteStats {
     /// Places where the topology is undecided.
     pub undecided: u64,
     /// Those places.
-    pub undecided_places: Vec<UndecidedSilhouette>,
+    pub undecided_places: Vec<UndecidedPlace>,
 }
 
-/// A part of a surface in which it is not known how the silhouette runs.
+/// Extraction of sections, the curves in which surfaces intersect.
+#[derive(Clone, Debug, Serialize)]
+pub struct SectionStats {
+    /// Places where it is not known how two surfaces intersect.
+    pub undecided_places: Vec<UndecidedPlace>,
+}
+
+/// A part of a surface in which it is not known how a silhouette or a section runs.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct UndecidedSilhouette {
+pub struct UndecidedPlace {
     /// Index of the surface in the model.
     pub surface: usize,
     /// Range of the surface's parameter u.
@@ -214,13 +224,13 @@ impl Stats {
     pub fn new(core: &pipeline::Stats, seconds: Seconds, drawing: &Drawing, device: &Device) -> Self {
         let (silhouette, arrange, visibility) = (&core.silhouette, &core.arrange, &core.visibility);
         let (strokes, estimate_s) = measure(drawing, device);
-        let undecided_places = core.silhouette_undecided.iter().map(|part| UndecidedSilhouette {
+        let place = |part: &UndecidedPart| UndecidedPlace {
             surface: part.surface,
             u: part.u,
             v: part.v,
             at: part.at.into(),
             size: part.size,
-        });
+        };
         let doubts = |places: &[visibility::Doubt]| -> Vec<Doubt> {
             places.iter().map(|place| Doubt { at: place.at.into(), why: place.why }).collect()
         };
@@ -237,8 +247,9 @@ impl Stats {
                 secant_mean: silhouette.steps as f64 / silhouette.walks.max(1) as f64,
                 secant_max: silhouette.steps_max as u64,
                 undecided: core.silhouette_undecided.len() as u64,
-                undecided_places: undecided_places.collect(),
+                undecided_places: core.silhouette_undecided.iter().map(place).collect(),
             },
+            section: SectionStats { undecided_places: core.section_undecided.iter().map(place).collect() },
             arrange: ArrangeStats {
                 curves: arrange.curves,
                 pairs_near: arrange.pairs_near,
@@ -266,20 +277,28 @@ impl Stats {
     /// How many places are not decided.
     #[must_use]
     pub fn undecided(&self) -> u64 {
-        self.silhouette.undecided + self.visibility.undecided.len() as u64
+        let places = self.section.undecided_places.len() + self.visibility.undecided.len();
+        self.silhouette.undecided + places as u64
     }
 
     /// A line of warning for each stage that left places undecided, with the first few of them.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        let silhouettes = self.silhouette.undecided_places.iter();
-        let silhouettes = silhouettes.map(|p| (p.at, format!("surface {}, {} wide", p.surface, short(p.size))));
+        let places = |places: &[UndecidedPlace]| {
+            places.iter().map(|p| (p.at, format!("surface {}, {} wide", p.surface, short(p.size)))).collect::<Vec<_>>()
+        };
+        let silhouettes = places(&self.silhouette.undecided_places);
+        let sections = places(&self.section.undecided_places);
         let sights = self.visibility.undecided.iter().map(|p| (p.at, p.why.to_owned()));
-        [("the course of silhouettes", silhouettes.collect()), ("visibility", sights.collect::<Vec<_>>())]
-            .into_iter()
-            .filter(|(_, places)| !places.is_empty())
-            .map(|(what, places)| warning(what, &places))
-            .collect()
+        [
+            ("the course of silhouettes", silhouettes),
+            ("the intersection of surfaces", sections),
+            ("visibility", sights.collect()),
+        ]
+        .into_iter()
+        .filter(|(_, places)| !places.is_empty())
+        .map(|(what, places)| warning(what, &places))
+        .collect()
     }
 
     /// The stats JSON.
@@ -373,7 +392,6 @@ fn peak_bytes() -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use penvis_core::extract::UndecidedPart;
     use penvis_core::stroke::CurveKind::{Boundary, Iso};
 
     use super::*;
@@ -450,7 +468,7 @@ mod tests {
             keys.sort();
             keys.join(" ")
         };
-        assert_eq!(keys(""), "arrange estimate_s model peak_bytes seconds silhouette strokes visibility");
+        assert_eq!(keys(""), "arrange estimate_s model peak_bytes seconds section silhouette strokes visibility");
         assert_eq!(keys("/model"), "patches surfaces trims");
         assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");
         assert_eq!(

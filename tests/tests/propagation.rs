@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use penvis::builtin;
+use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{DrawOptions, Prepared, Stats};
 use penvis_core::scene::Scene;
 use penvis_core::view::Camera;
@@ -24,7 +25,8 @@ const VIEWS: [DVec3; 12] = [
 ];
 
 fn seen(scene: &Scene, camera: &Camera, visibility: Method) -> (Vec<Sighting>, Stats) {
-    let options = DrawOptions { deepest: u32::MAX, visibility, ..DrawOptions::default() };
+    let curves = CurveSet { section: true, ..CurveSet::default() };
+    let options = DrawOptions { curves, deepest: u32::MAX, visibility, ..DrawOptions::default() };
     Prepared::new(scene, camera, &options, &()).expect("a picture").sightings(&()).expect("nothing stops it")
 }
 

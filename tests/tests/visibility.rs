@@ -5,6 +5,7 @@
 use glam::DVec3;
 use penvis::builtin;
 use penvis::model::View;
+use penvis_core::extract::{CurveKind, CurveSet};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::{Scene, SceneSurface};
 use penvis_core::shape::{Frame, plane, sphere};
@@ -82,6 +83,25 @@ fn turned_solids_seen_in_perspective() {
 fn handles_and_fins_that_pierce_a_body() {
     agree("vase", &[Own, Front, Top, Oblique, Near, AlmostTop], 1000);
     agree("missile", &[Own, Front, Top, Oblique, Near, AlmostTop], 5000);
+}
+
+/// The curves in which handles, spout and fins leave the body, with everything else.
+#[test]
+fn sections() {
+    let curves = CurveSet { section: true, ..CurveSet::default() };
+    for (name, least) in [("teapot", 4), ("vase", 2), ("missile", 8)] {
+        let model = builtin::load(name).expect("a built-in model");
+        for eye in [DVec3::new(0.31, -0.85, 0.42), DVec3::NEG_Y] {
+            let options = DrawOptions { curves, isos: 0, ..options() };
+            let view = View::orthographic(eye);
+            let camera = view.camera().expect("a camera");
+            let prepared = Prepared::new(&model.scene, &camera, &options, &()).expect("a picture");
+            let found = prepared.curves().iter().filter(|c| c.kind == CurveKind::Section).count();
+            assert!(found >= least && prepared.stats().section_undecided.is_empty(), "{name}: {found}");
+            let a = against(&prepared, &Oracle::new(&model.scene, &view), true);
+            assert!(a.disagreements.is_empty() && a.agreed > 100, "{name} from {eye}: {:#?}", a.disagreements);
+        }
+    }
 }
 
 #[test]

@@ -8,7 +8,6 @@
 
 mod alongside;
 mod arc;
-mod grid;
 mod intersect;
 mod meeting;
 mod pierce;
@@ -19,11 +18,11 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::extract::{CurveKind, Geometry, Path, SurfaceCurve};
+use crate::grid::Grid;
 use crate::stitch::Stitching;
 use crate::stop::Stop;
 use crate::view::Patch;
 use arc::{Arc, Control, screen, split_control};
-use grid::Grid;
 use intersect::{Work, meetings, nearest};
 use meeting::Meeting;
 use pierce::Sheets;
@@ -167,9 +166,9 @@ impl Arcs {
                         }
                     }
                 }
-                Path::Traced(traced) => {
+                Path::Traced(_) | Path::Section(_) => {
                     let fit = Fit { curve, index: k, geometry, tolerance: fit };
-                    for segment in 0..traced.segment_count() {
+                    for segment in 0..curve.domain[1] as usize {
                         let (t0, t1) = (segment as f64, (segment + 1) as f64);
                         let ((p0, d0), (p1, d1)) = (curve.jet(geometry, t0), curve.jet_below(geometry, t1));
                         fit.hermite((t0, p0, d0), (t1, p1, d1), &mut arcs, 0);

@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3, DVec4};
 
 use super::PROBES;
 use super::arc::Arc;
-use super::grid::Grid;
+use crate::grid::Grid;
 use crate::view::{Patch, halve_net, net_jet};
 
 /// A piece of a patch in view space.

@@ -173,7 +173,7 @@ fn boundary_is_simple(g: &Geometry<'_>, surface: usize, u: [f64; 2], v: [f64; 2]
                     let p = at(first.curve, 0.5 * (a[0] + a[1]));
                     match &curves[second.curve].path {
                         Path::Line(line) => line.nearest(p).1 > options.contact,
-                        Path::Traced(_) => true,
+                        Path::Traced(_) | Path::Section(_) => true,
                     }
                 }
             });

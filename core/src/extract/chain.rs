@@ -147,6 +147,10 @@ impl End {
                 let span = &spans[k.saturating_sub(1)];
                 (span.patch, g.view.patches()[span.patch].to_local(line.uv(t)), span.t[1] - span.t[0], CurveEnd::Border)
             }
+            Path::Section(c) => {
+                let at = c.at(g.view.patches(), t, c.arc_at(t));
+                (at.patches[0], at.local[0], 1.0, CurveEnd::Border)
+            }
         };
         let (point, derivative) = if last { curve.jet_below(g, t) } else { curve.jet(g, t) };
         let derivative = derivative * inward;

@@ -25,11 +25,13 @@ pub struct CurveSet {
     pub iso: bool,
     /// Smooth joins.
     pub smooth: bool,
+    /// Intersections of surfaces.
+    pub section: bool,
 }
 
 impl Default for CurveSet {
     fn default() -> Self {
-        Self { boundary: true, crease: true, silhouette: true, iso: true, smooth: false }
+        Self { boundary: true, crease: true, silhouette: true, iso: true, smooth: false, section: false }
     }
 }
 
@@ -43,6 +45,7 @@ impl CurveSet {
             CurveKind::Silhouette => self.silhouette,
             CurveKind::Iso => self.iso,
             CurveKind::Smooth => self.smooth,
+            CurveKind::Section => self.section,
         }
     }
 }

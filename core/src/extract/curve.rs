@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::facing::FacingForm;
 use super::kind::CurveKind;
+use super::section::SectionCurve;
 use super::silhouette::TracedCurve;
 use super::zero_set;
 use crate::bernstein::Bivariate;
@@ -28,6 +29,8 @@ pub enum Path {
     Line(Line),
     /// Along the zero set of the facing polynomial of one patch.
     Traced(TracedCurve),
+    /// Along the intersection of two surfaces.
+    Section(SectionCurve),
 }
 
 /// A curve to be arranged, and drawn if its visibility and the user's choice say so.
@@ -63,7 +66,15 @@ impl SurfaceCurve {
                 let l = c.local_at(&g.forms[c.patch], t);
                 g.view.patches()[c.patch].to_surface(l.x, l.y)
             }
+            Path::Section(c) => self.both_uv(g, c, t)[0],
         }
+    }
+
+    /// Surface parameters at `t` on the two surfaces of a section.
+    pub(crate) fn both_uv(&self, g: &Geometry<'_>, section: &SectionCurve, t: f64) -> [DVec2; 2] {
+        let patches = g.view.patches();
+        let at = section.at(patches, t, section.arc_at(t));
+        [0, 1].map(|k| patches[at.patches[k]].to_surface(at.local[k].x, at.local[k].y))
     }
 
     /// Position in view space at `t`.
@@ -75,6 +86,7 @@ impl SurfaceCurve {
                 let l = c.local_at(&g.forms[c.patch], t);
                 g.view.patches()[c.patch].eval(l.x, l.y)
             }
+            Path::Section(c) => c.at(g.view.patches(), t, c.arc_at(t)).p,
         }
     }
 
@@ -108,11 +120,16 @@ impl SurfaceCurve {
                 let j = g.view.patches()[c.patch].jet(l.x, l.y);
                 (j.p, j.du * d.x + j.dv * d.y)
             }
+            Path::Section(c) => {
+                let arc = segment.clamp(0.0, (c.arcs.len() - 1) as f64) as usize;
+                let at = c.at(g.view.patches(), t, arc);
+                (at.p, at.d)
+            }
         }
     }
 
     /// How far from its true place the point at `t` may be, in view space, because the facing polynomial is known to
-    /// rounding only: much where the polynomial is flat. Nothing on an isoparametric line.
+    /// rounding only: much where the polynomial is flat. Nothing on other curves.
     #[must_use]
     pub fn rounding(&self, g: &Geometry<'_>, t: f64) -> f64 {
         let Path::Traced(c) = &self.path else { return 0.0 };
@@ -139,7 +156,7 @@ impl SurfaceCurve {
     pub fn axis(&self) -> Option<Axis> {
         match &self.path {
             Path::Line(line) => Some(line.axis),
-            Path::Traced(_) => None,
+            Path::Traced(_) | Path::Section(_) => None,
         }
     }
 

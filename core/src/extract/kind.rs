@@ -14,6 +14,8 @@ pub enum CurveKind {
     Iso,
     /// Smooth join of two surfaces; not inked unless asked for.
     Smooth,
+    /// Two surfaces that are not joined intersect; not inked unless asked for.
+    Section,
 }
 
 impl CurveKind {
@@ -26,6 +28,7 @@ impl CurveKind {
             Self::Silhouette => "silhouette",
             Self::Iso => "iso",
             Self::Smooth => "smooth",
+            Self::Section => "section",
         }
     }
 }

@@ -8,6 +8,7 @@ pub mod facing;
 mod join;
 mod kind;
 mod on_line;
+pub mod section;
 pub mod silhouette;
 mod undecided;
 pub mod zero_set;

@@ -1,11 +1,11 @@
-//! Where the topology of a silhouette is undecided, in terms of the model.
+//! Where the topology of a curve is undecided, in terms of the model.
 
 use glam::{DVec2, DVec3};
 
 use super::silhouette::UndecidedPlace;
 use crate::view::ViewScene;
 
-/// A part of a surface in which it is not known how the silhouette runs.
+/// A part of a surface in which it is not known how a silhouette or a section runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UndecidedPart {
     /// Index of the surface.

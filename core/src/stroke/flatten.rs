@@ -52,6 +52,7 @@ fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64)
     match &curve.path {
         Path::Line(line) => stops.extend(line.spans.iter().map(|s| s.t[0])),
         Path::Traced(c) => stops.extend((0..c.segment_count()).map(|k| k as f64)),
+        Path::Section(c) => stops.extend((0..c.arcs.len()).map(|k| k as f64)),
     }
     stops.retain(|&x| x == t[0] || (t[0] < x && x < t[1]));
     stops.push(t[1]);

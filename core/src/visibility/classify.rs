@@ -348,6 +348,15 @@ impl<'a> Watch<'a> {
     fn exclusions(&self, t: f64, p: DVec3) -> Vec<Exclusion> {
         let uv = self.curve.uv(&self.subject.geometry, t);
         let own = self.curve.surface;
+        if let Path::Section(section) = &self.curve.path {
+            // Neither of its two surfaces is in front of it there.
+            let places = self.curve.both_uv(&self.subject.geometry, section, t);
+            let exclusion = |(&surface, uv): (&usize, DVec2)| {
+                let radius = self.parameter_size(surface, uv) * SECTION_RADIUS;
+                Exclusion { surface, uv, radius }
+            };
+            return self.curve.surfaces.iter().zip(places).map(exclusion).collect();
+        }
         let traced = matches!(self.curve.path, Path::Traced(_));
         let radius = if traced { self.fold_radius(t, uv) } else { self.parameter_size(own, uv) * LINE_RADIUS };
         let mut out = Vec::with_capacity(4);
@@ -407,6 +416,9 @@ impl<'a> Watch<'a> {
 /// Exclusion round a point of an isoparametric line, of the patch's parameter size: a simple root is good to some
 /// 10⁻¹³, and next to a fold the second root is farther away than this unless the point is within its square.
 const LINE_RADIUS: f64 = 1e-7;
+
+/// Exclusion round a point of a section on both of its surfaces: it is good to rounding over the angle between them.
+const SECTION_RADIUS: f64 = 1e-6;
 
 /// Exclusion round the same point on a stitched neighbour, which is known to the stitching tolerance only.
 const PARTNER_RADIUS: f64 = 1e-4;

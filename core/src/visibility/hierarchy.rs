@@ -19,7 +19,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A cell that is not regular yet is halved this often when the hierarchy is built, in a scene of many patches; the rest is
 /// done for the sight lines that need it. More would cost the construction what it saves a few thousand sight lines.
-const LEAST_HALVINGS: u32 = 7;
+const LEAST_HALVINGS: u32 = 4;
 
 /// The same in a scene of one patch, one less for each doubling of the number of patches.
 const MOST_HALVINGS: u32 = 12;

@@ -228,7 +228,7 @@ impl<'a> Linker<'a> {
     /// one on the screen: a tangency of curvature 1/R stays within the margin m for √(8 m R).
     fn is_near_own_fold(&self, curve: usize, t: f64, with: usize) -> bool {
         let (c, other) = (self.curve(curve), self.curve(with));
-        let joined = |s: &usize| self.joined[c.surface].binary_search(s).is_ok();
+        let joined = |s: &usize| c.surfaces.iter().any(|&own| self.joined[own].binary_search(s).is_ok());
         if other.kind != CurveKind::Silhouette || !other.surfaces.iter().any(joined) {
             return false;
         }
@@ -246,6 +246,7 @@ impl<'a> Linker<'a> {
                 let left = fold_lies_left(self.subject, traced, c, t)?;
                 Some(if left { [2, 0] } else { [0, 2] })
             }
+            Path::Section(_) => None,
             Path::Line(_) => {
                 if c.splits.iter().any(|&s| self.near(curve, s, t)) {
                     return None;
