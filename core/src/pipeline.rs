@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use glam::DVec2;
 
 use crate::arrange::region::{Region, RegionOptions, regions};
-use crate::arrange::{Arcs, ArrangeStats, Tolerance, arrange};
+use crate::arrange::{Arcs, ArrangeStats, Clusters, Tolerance, arrange, clusters};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
@@ -29,6 +29,9 @@ pub struct DrawOptions {
     pub deepest: u32,
     /// Where the visibility of the pieces comes from.
     pub visibility: Method,
+    /// Whether connected surfaces that cannot hide one another are left out of each other's arrangement. It changes no
+    /// picture.
+    pub clusters: bool,
     /// Largest angle between surfaces that join smoothly, radians.
     pub smooth_angle: f64,
 }
@@ -41,6 +44,7 @@ impl Default for DrawOptions {
             isos: 8,
             deepest: 0,
             visibility: Method::default(),
+            clusters: true,
             smooth_angle: core::f64::consts::PI / 180.0,
         }
     }
@@ -254,7 +258,12 @@ impl Prepared {
         // A patch seen edge-on hides nothing, so that it does not matter where a curve pierces it.
         let covering = self.view.patches().iter().zip(&self.forms).filter(|(_, f)| f.facing != Facing::EdgeOn);
         let patches: Vec<&Patch> = covering.map(|(p, _)| p).collect();
-        let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, tolerance, stop);
+        let clusters = if self.options.clusters {
+            clusters(&self.geometry(), &self.stitching, tolerance.resolution, tolerance.contact, stop)
+        } else {
+            Clusters::none()
+        };
+        let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, &clusters, tolerance, stop);
         stop.check()?;
         monitor.begin(Stage::Visibility);
         let occluders = Occluders::new(self.view.patches(), stop);

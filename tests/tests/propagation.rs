@@ -71,6 +71,37 @@ fn both_ways_see_the_same() {
     assert!(rays[1] * 10 < rays[0], "{rays:?}");
 }
 
+/// Leaving out what cannot hide one another changes no part of any curve, but saves pairs of arcs.
+#[test]
+fn clusters_change_nothing() {
+    let mut pairs = [0, 0];
+    for (name, _) in builtin::names() {
+        let scene = builtin::load(name).expect("a built-in model").scene;
+        for eye in [VIEWS[0], VIEWS[2], VIEWS[7], VIEWS[9]] {
+            let up = if eye.truncate().length() < 1e-2 { DVec3::Y } else { DVec3::Z };
+            let camera = Camera::orthographic(eye, up).expect("a camera");
+            let [a, b] = [false, true].map(|clusters| {
+                let options = DrawOptions { clusters, ..DrawOptions::default() };
+                let prepared = Prepared::new(&scene, &camera, &options, &()).expect("a picture");
+                prepared.sightings(&()).expect("nothing stops it")
+            });
+            let visible = |s: &[Sighting]| -> Vec<(usize, [f64; 2])> {
+                let mut runs: Vec<(usize, [f64; 2])> = Vec::new();
+                for s in s.iter().filter(|s| s.qi == 0) {
+                    match runs.last_mut() {
+                        Some((curve, t)) if *curve == s.curve && t[1] == s.t[0] => t[1] = s.t[1],
+                        _ => runs.push((s.curve, s.t)),
+                    }
+                }
+                runs
+            };
+            assert_eq!(visible(&a.0), visible(&b.0), "{name} from {eye}");
+            pairs = [pairs[0] + a.1.arrange.pairs_near, pairs[1] + b.1.arrange.pairs_near];
+        }
+    }
+    assert!(pairs[1] < pairs[0], "{pairs:?}");
+}
+
 /// A line touches the silhouette of its own surface close to a cusp, where the nearer branch crosses it at the same place,
 /// or so it looks: the crossing was once taken for the contact, and what is linked over it contradicted itself.
 #[test]

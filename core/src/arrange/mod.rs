@@ -8,6 +8,7 @@
 
 mod alongside;
 mod arc;
+mod cluster;
 mod intersect;
 mod meeting;
 mod pierce;
@@ -22,6 +23,8 @@ use crate::grid::Grid;
 use crate::stitch::Stitching;
 use crate::stop::Stop;
 use crate::view::Patch;
+pub use cluster::{Clusters, clusters};
+
 use arc::{Arc, Control, screen, split_control};
 use intersect::{Work, meetings, nearest};
 use meeting::Meeting;
@@ -76,6 +79,8 @@ pub struct ArrangeStats {
     pub curves: u64,
     /// Pairs of arcs near enough to be intersected.
     pub pairs_near: u64,
+    /// Pairs of arcs that were not, because they lie on one cluster of surfaces.
+    pub pairs_clustered: u64,
     /// Halvings of arcs.
     pub subdivisions: u64,
     /// Newton steps.
@@ -367,13 +372,14 @@ pub fn arrange(
     arcs: &Arcs,
     patches: &[&Patch],
     stitching: &Stitching,
+    clusters: &Clusters,
     tolerance: Tolerance,
     stop: Stop<'_>,
 ) -> Arrangement {
     let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
     let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
-    let splitter = Splitter { curves, arcs, active, grid, sheets, tolerance };
+    let splitter = Splitter { curves, arcs, active, grid, sheets, clusters, tolerance };
     let split = |index: usize| {
         let table = arcs.length_table(&curves[index], index);
         if stop.is_wanted() {
@@ -393,6 +399,7 @@ pub fn arrange(
     let (mut pieces, mut lengths) = (Vec::new(), Vec::with_capacity(curves.len()));
     for (part, table, work) in parts {
         stats.pairs_near += work.pairs_near;
+        stats.pairs_clustered += work.pairs_clustered;
         stats.subdivisions += work.subdivisions;
         stats.newton += work.newton;
         stats.crossings += work.crossings;
@@ -422,6 +429,7 @@ struct Splitter<'a> {
     active: Vec<Arc>,
     grid: Grid,
     sheets: Sheets,
+    clusters: &'a Clusters,
     tolerance: Tolerance,
 }
 
@@ -449,6 +457,10 @@ impl Splitter<'_> {
                     continue;
                 }
                 if (arc.lo - margin).cmpgt(other.hi).any() || (other.lo - margin).cmpgt(arc.hi).any() {
+                    continue;
+                }
+                if self.clusters.share(&curve.surfaces, &curves[other.curve].surfaces) {
+                    stats.pairs_clustered += 1;
                     continue;
                 }
                 stats.pairs_near += 1;

@@ -16,6 +16,7 @@ use alloc::vec::Vec;
 use glam::DVec3;
 
 use super::Arcs;
+use super::arc::Arc;
 use super::intersect::{Work, meetings};
 use super::meeting::Meeting;
 use crate::extract::facing::Facing;
@@ -160,27 +161,41 @@ fn boundary_is_simple(g: &Geometry<'_>, surface: usize, u: [f64; 2], v: [f64; 2]
     let mut found = Vec::new();
     for (k, first) in arcs.arcs.iter().enumerate() {
         for second in &arcs.arcs[k + 1..] {
-            if first.hi.cmplt(second.lo).any() || second.hi.cmplt(first.lo).any() {
-                continue;
-            }
-            found.clear();
-            meetings(first, second, options.resolution, &mut found, &mut work);
-            let at = |curve: usize, t: f64| curves[curve].point(g, t);
-            let apart = |p: DVec3, q: DVec3| p.distance(q) > options.contact;
-            let crosses = found.iter().any(|meeting| match meeting {
-                Meeting::Crossing { a, b, .. } => apart(at(first.curve, *a), at(second.curve, *b)),
-                Meeting::Overlap { a, .. } => {
-                    let p = at(first.curve, 0.5 * (a[0] + a[1]));
-                    match &curves[second.curve].path {
-                        Path::Line(line) => line.nearest(p).1 > options.contact,
-                        Path::Traced(_) | Path::Section(_) => true,
-                    }
-                }
-            });
-            if crosses {
+            let RegionOptions { resolution, contact } = options;
+            if meets_itself(g, &curves, [first, second], resolution, contact, &mut found, &mut work) {
                 return false;
             }
         }
     }
     work.undecided == 0
+}
+
+/// Whether two arcs of a boundary, isoparametric lines, meet on the screen where they do not in space. `found` is
+/// scratch.
+pub(super) fn meets_itself(
+    g: &Geometry<'_>,
+    curves: &[SurfaceCurve],
+    [first, second]: [&Arc; 2],
+    resolution: f64,
+    contact: f64,
+    found: &mut Vec<Meeting>,
+    work: &mut Work,
+) -> bool {
+    if first.hi.cmplt(second.lo).any() || second.hi.cmplt(first.lo).any() {
+        return false;
+    }
+    found.clear();
+    meetings(first, second, resolution, found, work);
+    let at = |curve: usize, t: f64| curves[curve].point(g, t);
+    let apart = |p: DVec3, q: DVec3| p.distance(q) > contact;
+    found.iter().any(|meeting| match meeting {
+        Meeting::Crossing { a, b, .. } => apart(at(first.curve, *a), at(second.curve, *b)),
+        Meeting::Overlap { a, .. } => {
+            let p = at(first.curve, 0.5 * (a[0] + a[1]));
+            match &curves[second.curve].path {
+                Path::Line(line) => line.nearest(p).1 > contact,
+                Path::Traced(_) | Path::Section(_) => true,
+            }
+        }
+    })
 }
