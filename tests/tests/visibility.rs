@@ -130,6 +130,16 @@ fn quadrics_and_a_box() {
     agree("box", &[Own, Front, Top, Oblique], 50);
 }
 
+/// A short silhouette of the knight's mane goes into its neck: the piercing was once not found, since the patch of the
+/// neck is large.
+#[test]
+fn a_short_silhouette_goes_into_a_large_surface() {
+    let scene = builtin::load("knight").expect("a built-in model").scene;
+    let view = View::orthographic(DVec3::new(-0.4762412741488325, 0.22515383362735952, 0.85));
+    let a = compare(&scene, &view, &options());
+    assert!(a.disagreements.is_empty() && a.agreed > 500, "{:#?}", a.disagreements);
+}
+
 /// What is drawn by default: hidden parts are not counted, only found to be hidden.
 #[test]
 fn hidden_and_visible_without_counting() {

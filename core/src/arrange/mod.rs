@@ -421,6 +421,40 @@ struct Overlap {
     drawn: bool,
 }
 
+/// What two curves have in common on the screen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Intersection {
+    /// Parameters of the two curves at each crossing. One at a joint of the subdivision may come up twice.
+    pub crossings: Vec<[f64; 2]>,
+    /// Intervals of the two curves' parameters in which they run within the resolution of each other.
+    pub overlaps: Vec<[[f64; 2]; 2]>,
+    /// Halvings of a curve.
+    pub subdivisions: u64,
+    /// Newton steps.
+    pub newton: u64,
+}
+
+/// Intersects two rational Bézier curves, given by homogeneous control points with positive weights, on the screen: the
+/// paper's algorithm (Elber and Cohen 1989, §4) by itself. Both have the parameter range 0 to 1. None if a degree is
+/// above [`MAX_DEGREE`](crate::view::MAX_DEGREE) or a curve has no control points.
+#[must_use]
+pub fn intersect(a: &[DVec4], b: &[DVec4], resolution: f64) -> Option<Intersection> {
+    let arc = |points: &[DVec4]| {
+        let control = Control::from_slice(points).ok().filter(|c| !c.is_empty())?;
+        Some(Arc::new(0, [0.0, 1.0], control, 0.0))
+    };
+    let (mut found, mut work) = (Vec::new(), Work::default());
+    meetings(&arc(a)?, &arc(b)?, resolution, &mut found, &mut work);
+    let mut out = Intersection { subdivisions: work.subdivisions, newton: work.newton, ..Intersection::default() };
+    for meeting in found {
+        match meeting {
+            Meeting::Crossing { a, b, .. } => out.crossings.push([a, b]),
+            Meeting::Overlap { a, b, .. } => out.overlaps.push([a, b]),
+        }
+    }
+    Some(out)
+}
+
 /// Everything that curves are split by.
 struct Splitter<'a> {
     curves: &'a [SurfaceCurve],

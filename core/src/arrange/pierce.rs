@@ -211,6 +211,11 @@ impl Search<'_> {
                 return;
             }
             if a0 >= c0 - contact && a1 <= c1 + contact && c1 - c0 <= contact {
+                // Within the contact distance all along. It may still go from one side to the other, at a small angle.
+                let (from, to) = (arc.jet(0.0).0 - p, arc.jet(1.0).0 - p);
+                if from.dot(normal) * to.dot(normal) < 0.0 {
+                    self.found.extend(newton(arc, cell).map(|x| arc.param(x)));
+                }
                 return;
             }
             // Flat and transversal: the arc's tangents and the cell's normals then stay on their sides of a plane's and a
@@ -219,7 +224,9 @@ impl Search<'_> {
             let chord = d.normalize_or_zero();
             let rise = chord.dot(normal).abs();
             let bow = arc_bow(arc, q, chord);
-            if c1 - c0 <= FLAT * rise * cell_size && bow <= FLAT * rise * arc_size && rise > STEEP {
+            // What the cell is off its plane must be little to the arc as well, or Newton's first step leads far off it.
+            let smaller = cell_size.min(arc_size);
+            if c1 - c0 <= FLAT * rise * smaller && bow <= FLAT * rise * arc_size && rise > STEEP {
                 if let Some(x) = newton(arc, cell) {
                     self.found.push(arc.param(x));
                 }
@@ -336,6 +343,32 @@ mod tests {
     #[test]
     fn a_ruling_lies_in_the_saddle_and_does_not_pierce_it() {
         assert!(at(&arc(&[[0.25, 0.0, 0.0], [0.25, 1.0, 0.25]]), &saddle()).is_empty());
+    }
+
+    #[test]
+    fn a_line_at_a_small_angle_pierces_once() {
+        // From below the ruling at x = ¼ to above it; the angle is a thousandth, and less than a contact from end to end.
+        for rise in [0.3, 1e-2, 1e-3, 1e-4] {
+            let t = at(&arc(&[[0.25, 0.1, 0.025 - 0.3 * rise], [0.25, 0.9, 0.225 + 0.5 * rise]]), &saddle());
+            assert_eq!(t.len(), 1, "{rise}: {t:?}");
+            assert!((t[0] - 0.375).abs() < 1e-6, "{rise}: {t:?}");
+        }
+    }
+
+    /// A short arc through a large cell that is flat for its size, but not for that of the arc.
+    #[test]
+    fn a_short_arc_pierces_a_large_cell() {
+        let bowl = [-1.0, 0.0, 1.0].iter().flat_map(|&x| [-1.0, 0.0, 1.0].map(|y| (x, y)));
+        let height = |x: f64| if x == 0.0 { -0.02 } else { 0.02 };
+        let points = bowl.map(|(x, y)| DVec4::new(x, y, height(x) + height(y), 1.0)).collect();
+        let cell = Cell::new([2, 2], points);
+        for (x, y) in [(0.9, 0.8), (-0.3, 0.55), (0.01, -0.02)] {
+            // The bowl is z = 0.02 (x² + y²).
+            let z = 0.02 * (x * x + y * y);
+            let t = at(&arc(&[[x, y, z - 3e-4], [x, y, z + 5e-4]]), &cell);
+            assert_eq!(t.len(), 1, "({x}, {y}): {t:?}");
+            assert!((t[0] - 0.375).abs() < 1e-9, "({x}, {y}): {t:?}");
+        }
     }
 
     #[test]

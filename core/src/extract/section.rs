@@ -1,6 +1,6 @@
 //! Sections: the curves in which two surfaces that are not joined intersect.
 //!
-//! The arcs of all pairs of patches are found by subdivision ([`search`]), short and nearly straight, and followed from
+//! The arcs of all pairs of patches are found by subdivision (module `search`), short and nearly straight, and followed from
 //! border to border over cells and patches. A point of a section is found by Newton's method on both surfaces at once,
 //! none on a chord.
 

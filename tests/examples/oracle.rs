@@ -1,0 +1,78 @@
+//! The pipeline's visibility against the oracle's, from 20 directions all round, parallel and in perspective: numbers of
+//! sheets on all curves, hidden ones too.
+//!
+//!     cargo run --release -p penvis-tests --example oracle [rays|propagate] [MODEL|FILE.json…]
+//!
+//! All built-in models if none is named. Ends with failure if any place is judged differently.
+
+use std::process::ExitCode;
+
+use glam::DVec3;
+use penvis::builtin;
+use penvis::model::{self, View};
+use penvis_core::pipeline::DrawOptions;
+use penvis_core::scene::Scene;
+use penvis_core::visibility::Method;
+use penvis_tests::agreement::compare;
+
+/// Directions to the eye.
+const VIEWS: u32 = 20;
+
+/// Directions spread evenly over the sphere.
+fn directions() -> impl Iterator<Item = DVec3> {
+    (0..VIEWS).map(|k| {
+        let z: f64 = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(VIEWS);
+        let (azimuth, r) = (2.399_963_229_728 * f64::from(k) + 0.3, (1.0 - z * z).sqrt());
+        DVec3::new(r * azimuth.cos(), r * azimuth.sin(), z)
+    })
+}
+
+/// Perspective from one and a half diagonals of the model away.
+fn near(scene: &Scene, direction: DVec3) -> View {
+    let points = || scene.surfaces.iter().flat_map(|s| s.surface.homogeneous()).map(|h| h.truncate() / h.w);
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let middle = low.midpoint(high);
+    View::perspective(middle + 1.5 * direction * low.distance(high), middle)
+}
+
+fn main() -> ExitCode {
+    let mut words: Vec<String> = std::env::args().skip(1).collect();
+    let visibility = match words.first().map(String::as_str) {
+        Some("propagate") => Method::Propagate,
+        _ => Method::Rays,
+    };
+    words.retain(|w| w != "rays" && w != "propagate");
+    if words.is_empty() {
+        words = builtin::names().map(|(name, _)| name.to_owned()).collect();
+    }
+    println!("| model | places judged alike | differently | not judged (of length) |");
+    println!("|---|--:|--:|--:|");
+    let mut wrong = 0;
+    for word in &words {
+        let scene = match model::load(std::slice::from_ref(word)) {
+            Ok(model) => model.scene,
+            Err(error) => {
+                println!("| {word} | {error} | | |");
+                continue;
+            }
+        };
+        let options = DrawOptions { deepest: u32::MAX, visibility, ..DrawOptions::default() };
+        let (mut agreed, mut differ, mut length, mut judged) = (0, 0, 0.0, 0.0);
+        for direction in directions() {
+            for view in [View::orthographic(direction), near(&scene, direction)] {
+                let a = compare(&scene, &view, &options);
+                for d in &a.disagreements {
+                    eprintln!("{word} {view:?}: {d:?}");
+                }
+                agreed += a.agreed;
+                differ += a.disagreements.len();
+                length += a.length;
+                judged += a.judged_length;
+            }
+        }
+        wrong += differ;
+        println!("| {word} | {agreed} | {differ} | {:.1} % |", 100.0 * (1.0 - judged / length));
+    }
+    if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
