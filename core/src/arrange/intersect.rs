@@ -29,7 +29,7 @@ pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec
         return;
     }
     if !sa.cones_apart(&sb)
-        && let Some(whole) = coincidence(first, second, resolution + first.error + second.error)
+        && let Some(whole) = coincidence((first, &sa), (second, &sb), resolution + first.error + second.error)
     {
         out.push(whole);
         return;
@@ -42,17 +42,25 @@ pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec
 /// The interval over which two arcs run within `limit` of each other, if they do from an end of one of them to another
 /// end. Analytic curves coincide along all of what they have in common or at isolated points only, so this spares the
 /// subdivision, which would cut coincident arcs until each part is straight to the limit.
-fn coincidence(a: &Arc, b: &Arc, limit: f64) -> Option<Meeting> {
+fn coincidence((a, sa): (&Arc, &Strip), (b, sb): (&Arc, &Strip), limit: f64) -> Option<Meeting> {
     let ((a0, a1), (b0, b1)) = (a.ends(), b.ends());
-    let mut common: [Option<(f64, f64)>; 4] = [None; 4];
-    for (k, (x, p)) in [(0.0, a0), (1.0, a1)].into_iter().enumerate() {
-        let (y, d) = nearest(b, p);
-        common[k] = (d <= limit).then_some((x, y));
-    }
-    for (k, (y, p)) in [(0.0, b0), (1.0, b1)].into_iter().enumerate() {
-        let (x, d) = nearest(a, p);
-        common[2 + k] = (d <= limit).then_some((x, y));
-    }
+    // The parameter on an arc of an end of the other one, if it lies on the arc.
+    let on = |arc: &Arc, strip: &Strip, p: DVec2| {
+        let height = (p - strip.origin).dot(strip.dir.perp());
+        let margin = DVec2::splat(limit);
+        let inside = p.cmpge(arc.lo - margin).all() && p.cmple(arc.hi + margin).all();
+        if !inside || height < strip.lo - limit || height > strip.hi + limit {
+            return None;
+        }
+        let (x, distance) = nearest(arc, p);
+        (distance <= limit).then_some(x)
+    };
+    let common = [
+        on(b, sb, a0).map(|y| (0.0, y)),
+        on(b, sb, a1).map(|y| (1.0, y)),
+        on(a, sa, b0).map(|x| (x, 0.0)),
+        on(a, sa, b1).map(|x| (x, 1.0)),
+    ];
     let places = || common.iter().flatten();
     let from = places().min_by(|p, q| p.0.total_cmp(&q.0))?;
     let to = places().max_by(|p, q| p.0.total_cmp(&q.0))?;
@@ -110,6 +118,10 @@ const MOST_SUBDIVISIONS: u64 = 4096;
 /// that run along each other.
 const STRIPS_FIRST: u32 = 2;
 
+/// Widest strips, by the length of the shorter one, that are compared as running along each other: subdivision parts wider
+/// ones at less cost.
+const SLENDER: f64 = 0.1;
+
 /// `limits` are the level and the count of subdivisions at which to give up.
 fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut Work, limits: (u32, u64)) {
     let (depth, most) = limits;
@@ -137,7 +149,10 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
             out.extend(found);
             return;
         }
-    } else if depth >= STRIPS_FIRST && alongside(a, b, resolution + a.error + b.error, out) {
+    } else if depth >= STRIPS_FIRST
+        && sa.width().max(sb.width()) <= SLENDER * sa.length.min(sb.length)
+        && alongside(a, b, resolution + a.error + b.error, out)
+    {
         return;
     } else if straight && (beside(&sa, b, limit) || beside(&sb, a, limit)) || depth >= MAX_DEPTH {
         out.extend(overlap(a, b, &sa, &sb));
