@@ -267,3 +267,18 @@ fn ctrl_c_ends_a_drawing_with_nothing_written() {
     assert!(told.starts_with("error: stopped by Ctrl-C while ") && told.lines().count() == 1, "{told}");
     assert!(files(&folder).is_empty());
 }
+
+#[test]
+fn the_number_of_cores_changes_no_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    for way in ["rays", "propagate"] {
+        let drawn = |cores: &str| {
+            let words = format!("draw missile -o {cores}.json --qi 3 --visibility {way}");
+            let mut command = Command::new(env!("CARGO_BIN_EXE_penvis"));
+            command.args(words.split_whitespace()).current_dir(folder.path()).env("RAYON_NUM_THREADS", cores);
+            assert!(command.output().unwrap().status.success());
+            fs::read(folder.path().join(format!("{cores}.json"))).unwrap()
+        };
+        assert_eq!(drawn("1"), drawn("3"), "{way}");
+    }
+}
