@@ -535,7 +535,9 @@ impl Splitter<'_> {
         cuts.extend(overlaps.iter().flat_map(|o| o.t).map(|t| (t, Cut::Overlap)));
         let is_own_edge = |k: usize| {
             let other = &curves[k];
-            other.kind != CurveKind::Silhouette && other.surfaces.iter().any(|s| curve.surfaces.contains(s))
+            // A silhouette ends where another one continues it, in the next patch.
+            let continues = matches!(curve.path, Path::Traced(_)) || other.kind != CurveKind::Silhouette;
+            continues && other.surfaces.iter().any(|s| curve.surfaces.contains(s))
         };
         (cut(curve, index, table, cuts, &overlaps, resolution, is_own_edge), stats)
     }
