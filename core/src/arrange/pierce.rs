@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3, DVec4};
 use super::PROBES;
 use super::arc::Arc;
 use crate::grid::Grid;
-use crate::view::{Patch, halve_net, net_jet};
+use crate::view::{Patch, halve_net, net_box, net_extent, net_jet};
 
 /// A piece of a patch in view space.
 #[derive(Clone, Debug)]
@@ -83,12 +83,7 @@ impl Sheets {
 
 impl Cell {
     fn new(degree: [usize; 2], points: Vec<DVec4>) -> Self {
-        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for h in &points {
-            let e = h.truncate() / h.w;
-            lo = lo.min(e);
-            hi = hi.max(e);
-        }
+        let (lo, hi) = net_box(&points);
         Self { degree, points, lo, hi }
     }
 
@@ -173,14 +168,6 @@ fn height(p: DVec3, cell: &Cell) -> Option<f64> {
     inside.then(|| (p - cell.jet(s, t).0).length())
 }
 
-/// Extent of control points along `n` from `origin`.
-fn along(points: &[DVec4], origin: DVec3, n: DVec3) -> (f64, f64) {
-    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| {
-        let d = (h.truncate() / h.w - origin).dot(n);
-        (lo.min(d), hi.max(d))
-    })
-}
-
 /// Levels of halving in all; 2⁻²⁷ in each of three parameters is below the resolution of any picture.
 const MAX_DEPTH: u32 = 81;
 
@@ -203,8 +190,8 @@ impl Search<'_> {
         }
         let (p, du, dv) = cell.jet(0.5, 0.5);
         let normal = du.cross(dv).normalize_or_zero();
-        let (c0, c1) = along(&cell.points, p, normal);
-        let (a0, a1) = along(&arc.points, p, normal);
+        let [c0, c1] = net_extent(&cell.points, p, normal);
+        let [a0, a1] = net_extent(&arc.points, p, normal);
         let (arc_size, cell_size) = ((hi - lo).length(), (cell.hi - cell.lo).length());
         if normal != DVec3::ZERO {
             if a0 - arc.error > c1 || a1 + arc.error < c0 {

@@ -132,7 +132,7 @@ pub fn sections(view: &ViewScene, stitching: &Stitching, contact: f64, stop: Sto
         grid.near(a.lo.truncate(), a.hi.truncate(), &mut near);
         for j in near.iter().map(|&j| j as usize).filter(|&j| j > i) {
             let surfaces = [patches[i].surface, patches[j].surface];
-            if joined[surfaces[0]].binary_search(&surfaces[1]).is_ok() || !a.is_near(&cells[j], 0.0) {
+            if joined[surfaces[0]].binary_search(&surfaces[1]).is_ok() || !a.is_near(&cells[j]) {
                 continue;
             }
             let mut search = Search::new(contact);

@@ -11,5 +11,5 @@ mod scene;
 pub use camera::{Camera, CameraError};
 pub use patch::{Jet, MAX_DEGREE, Patch};
 pub(crate) use patch::{curve_jet, curve_point};
-pub(crate) use patch::{halve_net, net_jet};
+pub(crate) use patch::{halve_net, net_box, net_extent, net_jet};
 pub use scene::{SurfaceGrid, ViewError, ViewScene};

@@ -97,6 +97,22 @@ impl Patch {
 /// Points of a row or column of control points, in fixed room that is not cleared first.
 type Row = heapless::Vec<DVec4, { MAX_DEGREE + 1 }>;
 
+/// Box of control points, which holds the patch: lower and upper corner.
+pub(crate) fn net_box(points: &[DVec4]) -> (DVec3, DVec3) {
+    points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), h| {
+        let e = h.truncate() / h.w;
+        (lo.min(e), hi.max(e))
+    })
+}
+
+/// Extent of control points along `n` from `origin`.
+pub(crate) fn net_extent(points: &[DVec4], origin: DVec3, n: DVec3) -> [f64; 2] {
+    points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], h| {
+        let d = (h.truncate() / h.w - origin).dot(n);
+        [lo.min(d), hi.max(d)]
+    })
+}
+
 /// Value and derivatives at (s, t) of the tensor Bézier patch of bidegree (p, q) with the control points `points`.
 pub(crate) fn net_jet(points: &[DVec4], p: usize, q: usize, s: f64, t: f64) -> [DVec4; 3] {
     let (mut values, mut slopes) = (Row::new(), Row::new());

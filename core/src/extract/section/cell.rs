@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::view::{Patch, net_jet};
+use crate::view::{Patch, net_box, net_extent, net_jet};
 
 /// A part of a patch: its control net, and where it is in the patch.
 #[derive(Clone, Debug)]
@@ -35,12 +35,7 @@ impl Cell {
     }
 
     fn of(degree: [usize; 2], points: Vec<DVec4>, from: DVec2, to: DVec2) -> Self {
-        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for h in &points {
-            let e = h.truncate() / h.w;
-            lo = lo.min(e);
-            hi = hi.max(e);
-        }
+        let (lo, hi) = net_box(&points);
         Self { degree, points, from, to, lo, hi }
     }
 
@@ -104,10 +99,7 @@ impl Cell {
 
     /// Extent of the net along `n` from `origin`.
     pub(super) fn along(&self, origin: DVec3, n: DVec3) -> [f64; 2] {
-        self.points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], h| {
-            let d = (h.truncate() / h.w - origin).dot(n);
-            [lo.min(d), hi.max(d)]
-        })
+        net_extent(&self.points, origin, n)
     }
 
     /// Local parameters of the patch at the cell's own.
@@ -115,10 +107,9 @@ impl Cell {
         self.from + at * (self.to - self.from)
     }
 
-    /// Whether the box of another cell comes within `margin` of this one's.
-    pub(super) fn is_near(&self, other: &Self, margin: f64) -> bool {
-        let margin = DVec3::splat(margin);
-        !((self.lo - margin).cmpgt(other.hi).any() || (other.lo - margin).cmpgt(self.hi).any())
+    /// Whether the box of another cell meets this one's.
+    pub(super) fn is_near(&self, other: &Self) -> bool {
+        !(self.lo.cmpgt(other.hi).any() || other.lo.cmpgt(self.hi).any())
     }
 }
 

@@ -54,7 +54,7 @@ impl Search {
 
     pub(super) fn meet(&mut self, a: &Cell, b: &Cell) {
         self.pairs += 1;
-        if !a.is_near(b, 0.0) {
+        if !a.is_near(b) {
             return;
         }
         let (sa, sb) = (a.slab(), b.slab());
