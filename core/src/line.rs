@@ -100,6 +100,18 @@ impl Line {
         after.saturating_sub(1)
     }
 
+    /// The patch at `t`, and the local parameters in it.
+    #[must_use]
+    pub fn place(&self, t: f64) -> (usize, DVec2) {
+        let span = &self.spans[self.span_at(t)];
+        let local = (t - span.t[0]) / (span.t[1] - span.t[0]);
+        let at = match self.axis {
+            Axis::U => DVec2::new(span.local, local),
+            Axis::V => DVec2::new(local, span.local),
+        };
+        (span.patch, at)
+    }
+
     /// Position and derivative by the running parameter, in view space.
     #[must_use]
     pub fn jet(&self, t: f64) -> (DVec3, DVec3) {

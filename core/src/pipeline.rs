@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
-use crate::arrange::region::{Region, RegionOptions, regions};
+use crate::arrange::region::{Region, regions};
 use crate::arrange::{Arcs, ArrangeStats, Clusters, Tolerance, arrange, clusters};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
@@ -237,11 +237,16 @@ impl Prepared {
         &self.chains
     }
 
+    /// Below what lengths things are one.
+    fn tolerance(&self) -> Tolerance {
+        let size = self.view.size();
+        Tolerance { resolution: RESOLUTION * size, contact: STITCH * size }
+    }
+
     /// The regions without silhouettes, in parts that do not overlap themselves on the screen.
     #[must_use]
     pub fn regions(&self) -> Vec<Region> {
-        let size = self.view.size();
-        regions(&self.geometry(), RegionOptions { resolution: RESOLUTION * size, contact: STITCH * size })
+        regions(&self.geometry(), self.tolerance())
     }
 
     /// Splits and decides visibility: every inked curve in parts of one quantitative invisibility each, hidden ones too.
@@ -254,12 +259,12 @@ impl Prepared {
         let stop = Stop::when(&stops);
         let size = self.view.size();
         monitor.begin(Stage::Arrange);
-        let tolerance = Tolerance { resolution: RESOLUTION * size, contact: STITCH * size };
+        let tolerance = self.tolerance();
         // A patch seen edge-on hides nothing, so that it does not matter where a curve pierces it.
         let covering = self.view.patches().iter().zip(&self.forms).filter(|(_, f)| f.facing != Facing::EdgeOn);
         let patches: Vec<&Patch> = covering.map(|(p, _)| p).collect();
         let clusters = if self.options.clusters {
-            clusters(&self.geometry(), &self.stitching, tolerance.resolution, tolerance.contact, stop)
+            clusters(&self.geometry(), &self.stitching, tolerance, stop)
         } else {
             Clusters::none()
         };

@@ -11,12 +11,11 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::Arcs;
-use super::intersect::Work;
-use super::region::meets_itself;
+use super::Tolerance;
+use super::region::{boundary_curve, is_simple};
 use crate::extract::facing::Facing;
-use crate::extract::{CurveKind, Geometry, Path, SurfaceCurve, lies_left};
-use crate::grid::Grid;
+use crate::extract::{Geometry, SurfaceCurve, lies_left, lies_left_along};
+use crate::line::Line;
 use crate::stitch::{Edge, Stitching};
 use crate::stop::Stop;
 
@@ -25,8 +24,6 @@ use crate::stop::Stop;
 pub struct Clusters {
     /// For each surface the cluster that it is part of, if any.
     of: Vec<Option<usize>>,
-    /// Number of clusters.
-    count: usize,
 }
 
 impl Clusters {
@@ -36,18 +33,6 @@ impl Clusters {
         Self::default()
     }
 
-    /// Number of clusters.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Number of surfaces that are part of one.
-    #[must_use]
-    pub fn members(&self) -> usize {
-        self.of.iter().flatten().count()
-    }
-
     /// Whether two curves, given by the surfaces that they lie on, lie on one cluster.
     pub(super) fn share(&self, a: &[usize], b: &[usize]) -> bool {
         let of = |s: &usize| self.of.get(*s).copied().flatten();
@@ -55,12 +40,9 @@ impl Clusters {
     }
 }
 
-/// Tolerances, in view units: crossings on the screen are resolved to `resolution`, and pieces of a boundary nearer than
-/// `contact` in space are one curve.
-///
-/// Cost: the boundaries of the clusters intersected with themselves.
+/// The clusters of a scene. Pieces of a boundary nearer than a contact in space are one curve. Cost: the boundaries of the clusters intersected with themselves.
 #[must_use]
-pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, resolution: f64, contact: f64, stop: Stop<'_>) -> Clusters {
+pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, stop: Stop<'_>) -> Clusters {
     let surfaces = g.view.surfaces();
     let faces_one_way = |k: usize| {
         let grid = &surfaces[k];
@@ -99,58 +81,26 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, resolution: f64, contac
         let line = &stitching.sides[edge.side].line;
         if plain[line.surface] && !inner {
             let k = find(&mut root, line.surface);
-            boundaries[k].push(SurfaceCurve {
-                kind: CurveKind::Boundary,
-                surface: line.surface,
-                surfaces: vec![line.surface],
-                path: Path::Line(line.clone()),
-                domain: edge.t,
-                active: true,
-                inked: false,
-                sides: Vec::new(),
-                splits: Vec::new(),
-            });
+            boundaries[k].push(boundary_curve(line.clone(), edge.t));
         }
     }
     let mut cluster: Vec<Option<usize>> = vec![None; surfaces.len()];
-    let mut count = 0;
     for (k, boundary) in boundaries.iter().enumerate() {
         if stop.is_wanted() {
             break;
         }
-        if plain[k] && find(&mut root, k) == k && is_simple(g, boundary, resolution, contact) {
-            cluster[k] = Some(count);
-            count += 1;
+        if plain[k] && find(&mut root, k) == k && is_simple(g, boundary, tolerance) {
+            cluster[k] = Some(k);
         }
     }
     let of = (0..surfaces.len()).map(|s| if plain[s] { cluster[find(&mut root, s)] } else { None });
-    Clusters { of: of.collect(), count }
+    Clusters { of: of.collect() }
 }
 
 /// Whether two surfaces lie on either side of a part of their common edge on the screen. Each faces one way, so that one
 /// place tells.
-fn is_passed(g: &Geometry<'_>, t: [f64; 2], a: &crate::line::Line, b: &crate::line::Line) -> bool {
+fn is_passed(g: &Geometry<'_>, t: [f64; 2], a: &Line, b: &Line) -> bool {
     let middle = 0.5 * (t[0] + t[1]);
     let (p, along) = a.jet(middle);
-    let at = b.nearest(p).0;
-    let theirs = lies_left(g, b, at);
-    let theirs = if along.dot(b.jet(at).1) < 0.0 { -theirs } else { theirs };
-    lies_left(g, a, middle) * theirs < 0
-}
-
-/// Whether a boundary meets itself on the screen only where it does so in space.
-fn is_simple(g: &Geometry<'_>, boundary: &[SurfaceCurve], resolution: f64, contact: f64) -> bool {
-    let arcs = Arcs::new(boundary, g, resolution, Stop::NEVER);
-    let grid = Grid::new(arcs.arcs.iter().map(|a| (a.lo, a.hi)));
-    let (mut near, mut found, mut work) = (Vec::new(), Vec::new(), Work::default());
-    for (k, arc) in arcs.arcs.iter().enumerate() {
-        grid.near(arc.lo, arc.hi, &mut near);
-        for &other in near.iter().filter(|&&other| other as usize > k) {
-            let other = &arcs.arcs[other as usize];
-            if meets_itself(g, boundary, [arc, other], resolution, contact, &mut found, &mut work) {
-                return false;
-            }
-        }
-    }
-    work.undecided == 0
+    lies_left(g, a, middle) * lies_left_along(g, b, b.nearest(p).0, along) < 0
 }

@@ -208,10 +208,16 @@ impl Arcs {
     /// The place of an active curve that is outermost in a direction on the screen: curve and parameter. None if places
     /// more than `apart` away from it in space are as far out, to within `margin`: they may lie in front of it.
     #[must_use]
-    pub(crate) fn outermost(&self, active: &[bool], direction: DVec2, margin: f64, apart: f64) -> Option<(usize, f64)> {
+    pub(crate) fn outermost(
+        &self,
+        curves: &[SurfaceCurve],
+        direction: DVec2,
+        margin: f64,
+        apart: f64,
+    ) -> Option<(usize, f64)> {
         let reach = |a: &Arc| a.points.iter().map(|h| screen(*h).dot(direction)).fold(f64::NEG_INFINITY, f64::max);
         let ends = |a: &Arc| a.ends().0.dot(direction).max(a.ends().1.dot(direction));
-        let active = || self.arcs.iter().filter(|a| active[a.curve]);
+        let active = || self.arcs.iter().filter(|a| curves[a.curve].active);
         let mut known = active().map(ends).fold(f64::NEG_INFINITY, f64::max);
         let mut open: Vec<(Arc, u32)> =
             active().filter(|a| reach(a) >= known - margin).map(|a| (a.clone(), 0)).collect();

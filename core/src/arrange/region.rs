@@ -15,12 +15,12 @@ use alloc::vec::Vec;
 
 use glam::DVec3;
 
-use super::Arcs;
-use super::arc::Arc;
 use super::intersect::{Work, meetings};
 use super::meeting::Meeting;
+use super::{Arcs, Tolerance};
 use crate::extract::facing::Facing;
 use crate::extract::{CurveKind, Geometry, Path, SurfaceCurve};
+use crate::grid::Grid;
 use crate::line::{Axis, Line};
 use crate::stop::Stop;
 
@@ -54,15 +54,6 @@ impl Region {
     }
 }
 
-/// Tolerances, in view units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RegionOptions {
-    /// Crossings on the screen are resolved to this.
-    pub resolution: f64,
-    /// Pieces of a boundary nearer than this in space are one curve.
-    pub contact: f64,
-}
-
 /// Splits until a part is not split further: it then covers a thousandth of its region or less.
 const MAX_DEPTH: u32 = 10;
 
@@ -70,7 +61,7 @@ const MAX_DEPTH: u32 = 10;
 /// one way, else each patch that does. What is left, patches with silhouettes inside and patches seen edge-on, is in no
 /// region. Cost: some ten arcs intersected pairwise a region, and a part where it overlaps itself.
 #[must_use]
-pub fn regions(g: &Geometry<'_>, options: RegionOptions) -> Vec<Region> {
+pub fn regions(g: &Geometry<'_>, tolerance: Tolerance) -> Vec<Region> {
     let mut out = Vec::new();
     for (surface, grid) in g.view.surfaces().iter().enumerate() {
         let count = grid.count_u() * grid.count_v();
@@ -78,7 +69,7 @@ pub fn regions(g: &Geometry<'_>, options: RegionOptions) -> Vec<Region> {
         let sided = |f: Facing| matches!(f, Facing::Front | Facing::Back);
         let mut put = |u: [f64; 2], v: [f64; 2], facing: Facing| {
             let mut parts = Vec::new();
-            split(g, surface, [u, v], options, 0, &mut parts);
+            split(g, surface, [u, v], tolerance, 0, &mut parts);
             out.push(Region { surface, facing, parts });
         };
         let ends = |b: &[f64]| [b[0], b[b.len() - 1]];
@@ -98,11 +89,11 @@ fn split(
     g: &Geometry<'_>,
     surface: usize,
     [u, v]: [[f64; 2]; 2],
-    options: RegionOptions,
+    tolerance: Tolerance,
     depth: u32,
     out: &mut Vec<Part>,
 ) {
-    let one_to_one = boundary_is_simple(g, surface, u, v, options);
+    let one_to_one = boundary_is_simple(g, surface, u, v, tolerance);
     if one_to_one || depth >= MAX_DEPTH {
         out.push(Part { u, v, one_to_one });
         return;
@@ -127,7 +118,7 @@ fn split(
         [[u, [v[0], m]], [u, [m, v[1]]]]
     };
     for half in halves {
-        split(g, surface, half, options, depth + 1, out);
+        split(g, surface, half, tolerance, depth + 1, out);
     }
 }
 
@@ -142,60 +133,59 @@ fn length(g: &Geometry<'_>, surface: usize, u: [f64; 2], v: [f64; 2], along_u: b
 }
 
 /// Whether the projected boundary of a rectangle meets itself only where it does so in space.
-fn boundary_is_simple(g: &Geometry<'_>, surface: usize, u: [f64; 2], v: [f64; 2], options: RegionOptions) -> bool {
+fn boundary_is_simple(g: &Geometry<'_>, surface: usize, u: [f64; 2], v: [f64; 2], tolerance: Tolerance) -> bool {
     let sides =
         [(Axis::U, u[0], false, v), (Axis::U, u[1], true, v), (Axis::V, v[0], false, u), (Axis::V, v[1], true, u)];
-    let curves = sides.map(|(axis, value, below, domain)| SurfaceCurve {
+    let line = |axis, value, below| Line::new(g.view, surface, axis, value, below);
+    let curves = sides.map(|(axis, value, below, domain)| boundary_curve(line(axis, value, below), domain));
+    is_simple(g, &curves, tolerance)
+}
+
+/// A part of an isoparametric line as a curve that is intersected, and nothing else.
+pub(super) fn boundary_curve(line: Line, domain: [f64; 2]) -> SurfaceCurve {
+    SurfaceCurve {
         kind: CurveKind::Boundary,
-        surface,
-        surfaces: vec![surface],
-        path: Path::Line(Line::new(g.view, surface, axis, value, below)),
+        surface: line.surface,
+        surfaces: vec![line.surface],
+        path: Path::Line(line),
         domain,
         active: true,
         inked: false,
         sides: Vec::new(),
         splits: Vec::new(),
-    });
-    let arcs = Arcs::new(&curves, g, options.resolution, Stop::NEVER);
-    let mut work = Work::default();
-    let mut found = Vec::new();
+    }
+}
+
+/// Whether a boundary of isoparametric lines meets itself on the screen only where it does so in space.
+pub(super) fn is_simple(g: &Geometry<'_>, boundary: &[SurfaceCurve], tolerance: Tolerance) -> bool {
+    let arcs = Arcs::new(boundary, g, tolerance.resolution, Stop::NEVER);
+    let grid = Grid::new(arcs.arcs.iter().map(|a| (a.lo, a.hi)));
+    let (mut near, mut found, mut work) = (Vec::new(), Vec::new(), Work::default());
     for (k, first) in arcs.arcs.iter().enumerate() {
-        for second in &arcs.arcs[k + 1..] {
-            let RegionOptions { resolution, contact } = options;
-            if meets_itself(g, &curves, [first, second], resolution, contact, &mut found, &mut work) {
+        grid.near(first.lo, first.hi, &mut near);
+        for &other in near.iter().filter(|&&other| other as usize > k) {
+            let second = &arcs.arcs[other as usize];
+            if first.hi.cmplt(second.lo).any() || second.hi.cmplt(first.lo).any() {
+                continue;
+            }
+            found.clear();
+            meetings(first, second, tolerance.resolution, &mut found, &mut work);
+            let at = |curve: usize, t: f64| boundary[curve].point(g, t);
+            let apart = |p: DVec3, q: DVec3| p.distance(q) > tolerance.contact;
+            let crosses = found.iter().any(|meeting| match meeting {
+                Meeting::Crossing { a, b, .. } => apart(at(first.curve, *a), at(second.curve, *b)),
+                Meeting::Overlap { a, .. } => {
+                    let p = at(first.curve, 0.5 * (a[0] + a[1]));
+                    match &boundary[second.curve].path {
+                        Path::Line(line) => line.nearest(p).1 > tolerance.contact,
+                        Path::Traced(_) | Path::Section(_) => true,
+                    }
+                }
+            });
+            if crosses {
                 return false;
             }
         }
     }
     work.undecided == 0
-}
-
-/// Whether two arcs of a boundary, isoparametric lines, meet on the screen where they do not in space. `found` is
-/// scratch.
-pub(super) fn meets_itself(
-    g: &Geometry<'_>,
-    curves: &[SurfaceCurve],
-    [first, second]: [&Arc; 2],
-    resolution: f64,
-    contact: f64,
-    found: &mut Vec<Meeting>,
-    work: &mut Work,
-) -> bool {
-    if first.hi.cmplt(second.lo).any() || second.hi.cmplt(first.lo).any() {
-        return false;
-    }
-    found.clear();
-    meetings(first, second, resolution, found, work);
-    let at = |curve: usize, t: f64| curves[curve].point(g, t);
-    let apart = |p: DVec3, q: DVec3| p.distance(q) > contact;
-    found.iter().any(|meeting| match meeting {
-        Meeting::Crossing { a, b, .. } => apart(at(first.curve, *a), at(second.curve, *b)),
-        Meeting::Overlap { a, .. } => {
-            let p = at(first.curve, 0.5 * (a[0] + a[1]));
-            match &curves[second.curve].path {
-                Path::Line(line) => line.nearest(p).1 > contact,
-                Path::Traced(_) | Path::Section(_) => true,
-            }
-        }
-    })
 }

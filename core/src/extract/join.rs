@@ -14,7 +14,7 @@ use super::bend::Bend;
 use super::collect::CurveOptions;
 use super::curve::{Geometry, Path, SurfaceCurve};
 use super::kind::CurveKind;
-use super::on_line::{corners, facing_zeros, lies_left};
+use super::on_line::{corners, facing_zeros, lies_left, lies_left_along};
 use crate::line::{Axis, Line};
 use crate::stitch::{Edge, EdgeClass, Stitching};
 
@@ -58,10 +58,7 @@ pub(super) fn edge_curves(
             cuts.extend(other.spans.iter().map(|s| line.nearest(other.point(s.t[0])).0));
             let is_fold = |m: f64| {
                 let (p, along) = line.jet(m);
-                let at = other.nearest(p).0;
-                let against = along.dot(other.jet(at).1) < 0.0;
-                let theirs = lies_left(g, other, at);
-                folds(lies_left(g, line, m), if against { -theirs } else { theirs })
+                folds(lies_left(g, line, m), lies_left_along(g, other, other.nearest(p).0, along))
             };
             for (fold, t) in runs(&parts(line, edge.t, cuts, options.contact), is_fold) {
                 if fold {

@@ -16,5 +16,5 @@ pub mod zero_set;
 pub use collect::{CurveOptions, CurveSet, curves};
 pub use curve::{Geometry, Path, SurfaceCurve};
 pub use kind::CurveKind;
-pub(crate) use on_line::lies_left;
+pub(crate) use on_line::{lies_left, lies_left_along};
 pub use undecided::UndecidedPart;

@@ -2,6 +2,8 @@
 
 use alloc::vec::Vec;
 
+use glam::DVec3;
+
 use super::curve::Geometry;
 use super::facing::Facing;
 use crate::line::{Axis, Line};
@@ -46,24 +48,26 @@ pub(super) fn facing_zeros(g: &Geometry<'_>, line: &Line, t: [f64; 2]) -> Vec<f6
 /// it is edge-on. It is the sign of the facing polynomial just inside, that is of its value on the line once factors that
 /// vanish all along the line are divided out; it changes at [`facing_zeros`] and between patches only.
 pub(crate) fn lies_left(g: &Geometry<'_>, line: &Line, t: f64) -> i8 {
-    let span = &line.spans[line.span_at(t)];
-    let form = &g.forms[span.patch];
-    let local = (t - span.t[0]) / (span.t[1] - span.t[0]);
+    let (patch, at) = line.place(t);
+    let form = &g.forms[patch];
     let front = match form.facing {
         Facing::EdgeOn => return 0,
         Facing::Front => true,
         Facing::Back => false,
         Facing::Mixed => {
-            let [value, ..] = match line.axis {
-                Axis::U => form.gradient(span.local, local),
-                Axis::V => form.gradient(local, span.local),
-            };
+            let [value, ..] = form.gradient(at.x, at.y);
             value > 0.0
         }
     };
     // Seen from the front, v turns left from u: what lies at larger v is left of a line that runs in u, what lies at
     // larger u right of one that runs in v.
     if front == ((line.axis == Axis::V) != line.below) { 1 } else { -1 }
+}
+
+/// [`lies_left`] of a line that runs in the direction `along` instead of the line's own, or against it.
+pub(crate) fn lies_left_along(g: &Geometry<'_>, line: &Line, t: f64, along: DVec3) -> i8 {
+    let left = lies_left(g, line, t);
+    if along.dot(line.jet(t).1) < 0.0 { -left } else { left }
 }
 
 /// Places on a line where it crosses a knot at which its surface is merely continuous.

@@ -71,8 +71,7 @@ impl Subject<'_> {
     /// The piece whose inside holds the outermost point of the picture in a direction, if that is a single place in space:
     /// nothing lies in front of it.
     pub(super) fn outermost(&self, direction: DVec2, margin: f64) -> Option<usize> {
-        let active: Vec<bool> = self.curves.iter().map(|c| c.active).collect();
-        let (curve, t) = self.arcs.outermost(&active, direction, margin, OUTLYING * self.geometry.view.size())?;
+        let (curve, t) = self.arcs.outermost(self.curves, direction, margin, OUTLYING * self.geometry.view.size())?;
         let table = &self.arrangement.lengths[curve];
         let l = table.length_at(t);
         self.arrangement.pieces.iter().position(|p| {

@@ -31,7 +31,7 @@ use super::classify::Subject;
 use crate::arrange::{Cut, Piece};
 use crate::extract::silhouette::{CurveEnd, TracedCurve};
 use crate::extract::zero_set::Variable;
-use crate::extract::{CurveKind, Path, SurfaceCurve, lies_left};
+use crate::extract::{CurveKind, Path, SurfaceCurve, lies_left, lies_left_along};
 use crate::line::{Axis, Line};
 use crate::stitch::EdgeClass;
 
@@ -277,10 +277,7 @@ impl<'a> Linker<'a> {
         }
         let (p, along) = c.jet(g, t);
         let (at, distance) = sheet.line.nearest(p);
-        let same = distance <= self.subject.reach();
-        let against = along.dot(sheet.line.jet(at).1) < 0.0;
-        let left = lies_left(g, &sheet.line, at);
-        same.then_some((if against { -left } else { left }, at))
+        (distance <= self.subject.reach()).then(|| (lies_left_along(g, &sheet.line, at, along), at))
     }
 
     /// Whether an isoparametric line comes nearer to the eye where it passes over the fold of its own surface at `t`;
@@ -311,14 +308,13 @@ impl<'a> Linker<'a> {
 
     /// Derivatives of the surface and of F at a place of a line.
     fn fold(&self, line: &Line, t: f64) -> Option<Fold> {
-        let span = &line.spans[line.span_at(t)];
-        let local = (t - span.t[0]) / (span.t[1] - span.t[0]);
+        let (patch, at) = line.place(t);
+        let running = if line.axis == Axis::U { at.y } else { at.x };
         // On a border of patches it is not known on which of them the fold goes on.
-        if !(FLAT..=1.0 - FLAT).contains(&local) {
+        if !(FLAT..=1.0 - FLAT).contains(&running) {
             return None;
         }
-        let at = if line.axis == Axis::U { DVec2::new(span.local, local) } else { DVec2::new(local, span.local) };
-        fold_at(self.subject, span.patch, at)
+        fold_at(self.subject, patch, at)
     }
 
     /// Links of isoparametric lines with one another and with the edges of their surfaces.
@@ -450,14 +446,10 @@ impl<'a> Linker<'a> {
         let (side, at) = self.side(c, sheet, t)?;
         let along = c.jet(&self.subject.geometry, t).1;
         let line = &sheet.line;
-        let span = &line.spans[line.span_at(at)];
-        let local = (at - span.t[0]) / (span.t[1] - span.t[0]);
-        let patch = &self.subject.geometry.view.patches()[span.patch];
-        let inward = if line.below { -1.0 } else { 1.0 };
-        let inward = match line.axis {
-            Axis::U => patch.jet(span.local, local).du * inward,
-            Axis::V => patch.jet(local, span.local).dv * inward,
-        };
+        let (patch, local) = line.place(at);
+        let jet = self.subject.geometry.view.patches()[patch].jet(local.x, local.y);
+        let inward = if line.axis == Axis::U { jet.du } else { jet.dv };
+        let inward = if line.below { -inward } else { inward };
         let direction = along.truncate().try_normalize()?;
         let across = direction.perp_dot(inward.truncate());
         if side == 0 || across.abs() <= FLAT * inward.length() || (across > 0.0) != (side > 0) {
@@ -497,15 +489,11 @@ impl<'a> Linker<'a> {
     fn faces_alike(&self, a: &Line, ta: f64, b: &Line, tb: f64) -> bool {
         let g = &self.subject.geometry;
         let normal = |l: &Line, t: f64| {
-            let span = &l.spans[l.span_at(t)];
-            let local = (t - span.t[0]) / (span.t[1] - span.t[0]);
-            let at = if l.axis == Axis::U { (span.local, local) } else { (local, span.local) };
-            g.view.patches()[span.patch].jet(at.0, at.1).normal().normalize_or_zero()
+            let (patch, at) = l.place(t);
+            g.view.patches()[patch].jet(at.x, at.y).normal().normalize_or_zero()
         };
         let (na, nb) = (normal(a, ta), normal(b, tb));
-        let against = a.jet(ta).1.dot(b.jet(tb).1) < 0.0;
-        let (la, lb) = (lies_left(g, a, ta), lies_left(g, b, tb));
-        let apart = la * if against { -lb } else { lb } < 0;
+        let apart = lies_left(g, a, ta) * lies_left_along(g, b, tb, a.jet(ta).1) < 0;
         apart && na.z.abs() > FLAT && nb.z.abs() > FLAT
     }
 
@@ -533,10 +521,8 @@ impl<'a> Linker<'a> {
             }
             let Some(towards_eye) = self.own_fold(b.curve, b.t[0]) else { continue };
             let Path::Line(line) = &self.curve(b.curve).path else { continue };
-            let span = &line.spans[line.span_at(b.t[0])];
-            let local = (b.t[0] - span.t[0]) / (span.t[1] - span.t[0]);
-            let at = if line.axis == Axis::U { DVec2::new(span.local, local) } else { DVec2::new(local, span.local) };
-            for &s in &on_patch[span.patch] {
+            let (patch, at) = line.place(b.t[0]);
+            for &s in &on_patch[patch] {
                 let Path::Traced(traced) = &self.curve(s).path else { continue };
                 if let Some(piece) = passes(traced, at).and_then(|t| self.inside(s, t)) {
                     let (near, far) = if towards_eye { (k, k - 1) } else { (k - 1, k) };
