@@ -283,8 +283,8 @@ fn kinds(text: &str) -> Result<BTreeSet<CurveKind>, OptionError> {
     let mut kinds = BTreeSet::new();
     for word in text.split(',').map(str::trim) {
         // The curves along trims are boundaries of the trimmed surface.
-        let kind = if word == "trim" { "boundary" } else { word };
-        let known = KINDS.into_iter().find(|(name, kind_)| *name == kind || kind_.name() == kind);
+        let word = if word == "trim" { "boundary" } else { word };
+        let known = KINDS.into_iter().find(|(name, kind)| *name == word || kind.name() == word);
         let (_, kind) = known.ok_or_else(|| {
             bad("--curves", text, format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))
         })?;

@@ -48,8 +48,8 @@ fn outside(strip: &[DVec2], c: &[DVec2]) -> bool {
     low > hi || high < lo
 }
 
-/// Intersects by subdivision alone; counts halvings of a curve and the small pairs that are left.
-fn subdivide(a: &[DVec2], b: &[DVec2], bounds: Bounds, count: &mut (u64, u64)) {
+/// Intersects by subdivision alone; counts halvings of a curve.
+fn subdivide(a: &[DVec2], b: &[DVec2], bounds: Bounds, count: &mut u64) {
     let ([alo, ahi], [blo, bhi]) = (box_of(a), box_of(b));
     let apart = match bounds {
         Bounds::Boxes => alo.cmpgt(bhi).any() || blo.cmpgt(ahi).any(),
@@ -60,10 +60,9 @@ fn subdivide(a: &[DVec2], b: &[DVec2], bounds: Bounds, count: &mut (u64, u64)) {
     }
     let (sa, sb) = ((ahi - alo).length(), (bhi - blo).length());
     if sa.max(sb) <= RESOLUTION {
-        count.1 += 1;
         return;
     }
-    count.0 += 1;
+    *count += 1;
     if sa >= sb {
         halves(a).iter().for_each(|half| subdivide(half, b, bounds, count));
     } else {
@@ -115,10 +114,10 @@ fn main() {
         let full = intersect(&la, &lb, RESOLUTION).expect("cubics");
         let unit = nanoseconds(|| drop(black_box(intersect(black_box(&la), &lb, RESOLUTION))));
         let by = |bounds: Bounds| {
-            let mut count = (0, 0);
+            let mut count = 0;
             subdivide(&fa, &fb, bounds, &mut count);
-            let time = nanoseconds(|| subdivide(black_box(&fa), &fb, bounds, &mut (0, 0)));
-            (count.0, time / unit)
+            let time = nanoseconds(|| subdivide(black_box(&fa), &fb, bounds, &mut 0));
+            (count, time / unit)
         };
         let (boxes, strips) = (by(Bounds::Boxes), by(Bounds::Strips));
         println!(

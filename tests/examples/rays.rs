@@ -5,19 +5,8 @@
 
 use penvis::builtin;
 use penvis_core::pipeline::{DrawOptions, Prepared};
-use penvis_core::visibility::{Method, Sighting};
-
-/// The visible parts of curves, neighbours made one.
-fn picture(sightings: &[Sighting]) -> Vec<(usize, [f64; 2])> {
-    let mut parts: Vec<(usize, [f64; 2])> = Vec::new();
-    for s in sightings.iter().filter(|s| s.qi == 0) {
-        match parts.last_mut() {
-            Some((curve, t)) if *curve == s.curve && t[1] == s.t[0] => t[1] = s.t[1],
-            _ => parts.push((s.curve, s.t)),
-        }
-    }
-    parts
-}
+use penvis_core::visibility::Method;
+use penvis_tests::agreement::visible_parts;
 
 fn main() {
     println!(
@@ -43,7 +32,7 @@ fn main() {
             b.rays_active,
             b.rays_passive,
             a.disagreements,
-            if picture(&told) == picture(&asked) { "yes" } else { "NO" }
+            if visible_parts(&told) == visible_parts(&asked) { "yes" } else { "NO" }
         );
     }
 }

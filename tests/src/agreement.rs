@@ -4,6 +4,7 @@ use glam::DVec3;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::Scene;
 use penvis_core::stroke::CurveKind;
+use penvis_core::visibility::Sighting;
 
 use crate::oracle::{Doubt, Oracle, Place, Site, Verdict};
 use penvis::model::View;
@@ -115,6 +116,20 @@ pub fn against(prepared: &Prepared, oracle: &Oracle, exact: bool) -> Agreement {
         }
     }
     out
+}
+
+/// The visible parts of curves, by curve and interval of its parameter, neighbours made one: what of a picture does not
+/// depend on how it was decided.
+#[must_use]
+pub fn visible_parts(sightings: &[Sighting]) -> Vec<(usize, [f64; 2])> {
+    let mut parts: Vec<(usize, [f64; 2])> = Vec::new();
+    for s in sightings.iter().filter(|s| s.qi == 0) {
+        match parts.last_mut() {
+            Some((curve, t)) if *curve == s.curve && t[1] == s.t[0] => t[1] = s.t[1],
+            _ => parts.push((s.curve, s.t)),
+        }
+    }
+    parts
 }
 
 /// What the points of a curve are to the oracle.

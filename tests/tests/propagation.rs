@@ -7,6 +7,7 @@ use penvis_core::pipeline::{DrawOptions, Prepared, Stats};
 use penvis_core::scene::Scene;
 use penvis_core::view::Camera;
 use penvis_core::visibility::{Certainty, Method, Sighting};
+use penvis_tests::agreement::visible_parts;
 
 /// From general directions, along axes and diagonals, and barely off an axis.
 const VIEWS: [DVec3; 12] = [
@@ -85,17 +86,7 @@ fn clusters_change_nothing() {
                 let prepared = Prepared::new(&scene, &camera, &options, &()).expect("a picture");
                 prepared.sightings(&()).expect("nothing stops it")
             });
-            let visible = |s: &[Sighting]| -> Vec<(usize, [f64; 2])> {
-                let mut runs: Vec<(usize, [f64; 2])> = Vec::new();
-                for s in s.iter().filter(|s| s.qi == 0) {
-                    match runs.last_mut() {
-                        Some((curve, t)) if *curve == s.curve && t[1] == s.t[0] => t[1] = s.t[1],
-                        _ => runs.push((s.curve, s.t)),
-                    }
-                }
-                runs
-            };
-            assert_eq!(visible(&a.0), visible(&b.0), "{name} from {eye}");
+            assert_eq!(visible_parts(&a.0), visible_parts(&b.0), "{name} from {eye}");
             pairs = [pairs[0] + a.1.arrange.pairs_near, pairs[1] + b.1.arrange.pairs_near];
         }
     }
