@@ -47,11 +47,20 @@ impl Line {
     /// The line at `value` over the surface's whole domain. Cost: O(p·q) a patch crossed.
     #[must_use]
     pub fn new(view: &ViewScene, surface: usize, axis: Axis, value: f64, below: bool) -> Self {
+        Self::over(view, surface, axis, value, below, [f64::NEG_INFINITY, f64::INFINITY])
+    }
+
+    /// The spans of the line that hold part of the interval `t` of the running parameter; all of them if it is empty.
+    #[must_use]
+    pub fn over(view: &ViewScene, surface: usize, axis: Axis, value: f64, below: bool, t: [f64; 2]) -> Self {
         let grid = &view.surfaces()[surface];
-        let breaks = match axis {
+        let all = match axis {
             Axis::U => &grid.v_breaks,
             Axis::V => &grid.u_breaks,
         };
+        let first = all.partition_point(|&b| b <= t[0]).saturating_sub(1);
+        let last = all.partition_point(|&b| b < t[1]);
+        let breaks = all.get(first..=last.min(all.len() - 1)).filter(|part| part.len() > 1).unwrap_or(all);
         let mut spans = Vec::with_capacity(breaks.len() - 1);
         for w in breaks.windows(2) {
             let middle = 0.5 * (w[0] + w[1]);

@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use crate::arrange::region::{Region, regions};
 use crate::arrange::{Arcs, ArrangeStats, Clusters, Tolerance, arrange, clusters};
+use crate::extract::adaptive::{AdaptiveOptions, AdaptiveStats, adaptive_curves, cover};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
@@ -23,7 +24,8 @@ use crate::visibility::{ClassifyOptions, Method, Occluders, Sighting, Subject, V
 pub struct DrawOptions {
     /// Kinds of curve wanted on paper.
     pub curves: CurveSet,
-    /// Isocurves a direction and surface.
+    /// Isocurves a direction and surface, equally far apart in the parameter; adaptive ones are added by
+    /// [`Prepared::cover`].
     pub isos: u32,
     /// Most sheets that a wanted part may have in front of it: 0 for what is visible alone, `u32::MAX` for everything.
     pub deepest: u32,
@@ -84,6 +86,8 @@ pub struct Stats {
     pub silhouette_undecided: Vec<UndecidedPart>,
     /// Parts of surfaces where it is undecided how another one intersects them.
     pub section_undecided: Vec<UndecidedPart>,
+    /// Adaptive isocurves.
+    pub adaptive: AdaptiveStats,
     /// Splitting.
     pub arrange: ArrangeStats,
     /// Visibility.
@@ -205,6 +209,26 @@ impl Prepared {
             ..Stats::default()
         };
         Ok(Self { view, stitching, forms, curves, chains, arcs, options: *options, stats })
+    }
+
+    /// Adds adaptive isocurves. They lie inside the picture as it is, so that their spacing can be chosen by its
+    /// [`extent`](Self::extent).
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn cover(&mut self, options: &AdaptiveOptions, monitor: &dyn Monitor) -> Result<(), Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        monitor.begin(Stage::Extract);
+        let g = Geometry { view: &self.view, forms: &self.forms };
+        let found = cover(&g, &self.stitching, &self.options.curves, options, stop);
+        stop.check()?;
+        let curves = adaptive_curves(&g, &found);
+        self.arcs.extend(&curves, self.curves.len(), &g, FIT * self.view.size(), stop);
+        stop.check()?;
+        self.curves.extend(curves);
+        self.stats.adaptive = found.stats;
+        Ok(())
     }
 
     /// Lower left and upper right corner of the picture on the screen.

@@ -151,38 +151,20 @@ impl Arcs {
     /// Covers every curve with arcs: exact for isoparametric lines, within `fit` (screen units) for traced ones.
     #[must_use]
     pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) -> Self {
-        let (mut arcs, mut starts) = (Vec::new(), Vec::with_capacity(curves.len() + 1));
-        for (k, curve) in curves.iter().enumerate() {
+        let mut all = Self { arcs: Vec::new(), starts: alloc::vec![0] };
+        all.extend(curves, 0, geometry, fit, stop);
+        all
+    }
+
+    /// Adds the arcs of further curves, the first of which has the index `first`.
+    pub fn extend(&mut self, curves: &[SurfaceCurve], first: usize, geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) {
+        let Self { arcs, starts } = self;
+        for (k, curve) in (first..).zip(curves) {
+            if !stop.is_wanted() {
+                cover_curve(curve, k, geometry, fit, arcs);
+            }
             starts.push(arcs.len());
-            if stop.is_wanted() {
-                continue;
-            }
-            match &curve.path {
-                Path::Line(line) => {
-                    for span in &line.spans {
-                        let (a, b) = (span.t[0].max(curve.domain[0]), span.t[1].min(curve.domain[1]));
-                        if a < b {
-                            let width = span.t[1] - span.t[0];
-                            let all: Control = span.points.iter().copied().collect();
-                            let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
-                            let right = if x > 0.0 { split_control(&all, x).1 } else { all };
-                            let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
-                            tame(Arc::new(k, [a, b], part, 0.0), fit, &mut arcs, 0);
-                        }
-                    }
-                }
-                Path::Traced(_) | Path::Section(_) => {
-                    let fit = Fit { curve, index: k, geometry, tolerance: fit };
-                    for segment in 0..curve.domain[1] as usize {
-                        let (t0, t1) = (segment as f64, (segment + 1) as f64);
-                        let ((p0, d0), (p1, d1)) = (curve.jet(geometry, t0), curve.jet_below(geometry, t1));
-                        fit.hermite((t0, p0, d0), (t1, p1, d1), &mut arcs, 0);
-                    }
-                }
-            }
         }
-        starts.push(arcs.len());
-        Self { arcs, starts }
     }
 
     /// Screen box of all curves: lower left and upper right corner. No curve leaves it by more than a
@@ -284,6 +266,33 @@ fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
     *found = [found[0].min(middle), found[1].max(middle)];
     widen(&left, slack, found, depth + 1);
     widen(&right, slack, found, depth + 1);
+}
+
+/// The arcs of one curve.
+fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit: f64, arcs: &mut Vec<Arc>) {
+    match &curve.path {
+        Path::Line(line) => {
+            for span in &line.spans {
+                let (a, b) = (span.t[0].max(curve.domain[0]), span.t[1].min(curve.domain[1]));
+                if a < b {
+                    let width = span.t[1] - span.t[0];
+                    let all: Control = span.points.iter().copied().collect();
+                    let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
+                    let right = if x > 0.0 { split_control(&all, x).1 } else { all };
+                    let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
+                    tame(Arc::new(index, [a, b], part, 0.0), fit, arcs, 0);
+                }
+            }
+        }
+        Path::Traced(_) | Path::Section(_) => {
+            let fit = Fit { curve, index, geometry, tolerance: fit };
+            for segment in 0..curve.domain[1] as usize {
+                let (t0, t1) = (segment as f64, (segment + 1) as f64);
+                let ((p0, d0), (p1, d1)) = (curve.jet(geometry, t0), curve.jet_below(geometry, t1));
+                fit.hermite((t0, p0, d0), (t1, p1, d1), arcs, 0);
+            }
+        }
+    }
 }
 
 /// Halves an arc until it is tame.

@@ -151,6 +151,7 @@ pub(super) fn boundary_curve(line: Line, domain: [f64; 2]) -> SurfaceCurve {
         domain,
         active: true,
         inked: false,
+        level: 0,
         sides: Vec::new(),
         splits: Vec::new(),
     }

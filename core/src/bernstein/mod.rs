@@ -4,13 +4,20 @@
 //! of coefficients are certificates: all of one sign, no zero. Everything that `penvis` proves it proves with them.
 //! Source of the arithmetic: Farouki and Rajan 1988, *Algorithms for polynomials in Bernstein form*, CAGD 5.
 
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::{Add, Mul};
+
 mod bivariate;
 mod interval;
+mod piecewise;
 mod roots;
 mod univariate;
 
 pub use bivariate::Bivariate;
 pub(crate) use interval::Interval;
+pub use piecewise::Piecewise;
+pub(crate) use piecewise::{complement, intersection, union};
 pub use roots::{Root, RootKind};
 pub use univariate::Univariate;
 
@@ -27,6 +34,25 @@ pub fn binomial(n: usize, k: usize) -> f64 {
         b = b * (n - i) as f64 / (i + 1) as f64;
     }
     b
+}
+
+/// Coefficients of the product of two polynomials whose coefficients are of any kind, as `times` multiplies them (Elber and
+/// Cohen 1992, eq. 4). Empty if one of them is.
+#[must_use]
+pub(crate) fn product<A: Copy, B: Copy, C>(a: &[A], b: &[B], times: impl Fn(A, B) -> C) -> Vec<C>
+where
+    C: Copy + Add<Output = C> + Mul<f64, Output = C>,
+{
+    let mut out: Vec<Option<C>> = vec![None; (a.len() + b.len()).saturating_sub(1)];
+    let (m, n) = (a.len().saturating_sub(1), b.len().saturating_sub(1));
+    for (i, &x) in a.iter().enumerate() {
+        for (j, &y) in b.iter().enumerate() {
+            let term = times(x, y) * (binomial(m, i) * binomial(n, j));
+            out[i + j] = Some(out[i + j].map_or(term, |sum| sum + term));
+        }
+    }
+    // Without a term there is no coefficient: of the product of nothing with something.
+    out.iter().enumerate().filter_map(|(k, c)| c.map(|c| c * (1.0 / binomial(m + n, k)))).collect()
 }
 
 /// Smallest and largest of some coefficients: by the convex-hull property a bound of the polynomial on its domain.

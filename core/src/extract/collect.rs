@@ -99,6 +99,7 @@ pub fn curves(
             path: Path::Traced(traced.clone()),
             active: true,
             inked: options.wanted.silhouette,
+            level: 0,
             sides: Vec::new(),
             splits: Vec::new(),
         });
@@ -134,6 +135,7 @@ fn iso_curves(g: &Geometry<'_>, surface: usize, isos: u32, out: &mut Vec<Surface
                 domain,
                 active: false,
                 inked: true,
+                level: 0,
                 sides: Vec::new(),
                 splits,
             });

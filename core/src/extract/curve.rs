@@ -50,6 +50,8 @@ pub struct SurfaceCurve {
     pub active: bool,
     /// Whether it is wanted on paper.
     pub inked: bool,
+    /// Of adaptive isocurves: from 0, the coarsest of the levels that it belongs to; 0 for all others.
+    pub level: u32,
     /// Indices of the sides (boundary curves) that coincide with it, its own included.
     pub sides: Vec<usize>,
     /// Parameters at which its visibility can change by its own surfaces: where it meets their silhouettes, and corners.

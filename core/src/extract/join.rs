@@ -47,6 +47,7 @@ pub(super) fn edge_curves(
         domain,
         active,
         inked: options.wanted.contains(kind),
+        level: 0,
         sides: sides.clone(),
         splits: splits.iter().copied().filter(|&t| domain[0] < t && t < domain[1]).collect(),
     };
@@ -108,6 +109,7 @@ pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptio
                     domain: t,
                     active: true,
                     inked: options.wanted.contains(kind),
+                    level: 0,
                     sides: Vec::new(),
                     splits: splits.iter().copied().filter(|&x| t[0] < x && x < t[1]).collect(),
                 });

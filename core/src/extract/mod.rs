@@ -1,5 +1,6 @@
 //! The curves of a surface that a drawing shows.
 
+pub mod adaptive;
 mod bend;
 pub mod chain;
 mod collect;

@@ -169,6 +169,7 @@ pub fn section_curves(g: &Geometry<'_>, sections: &Sections) -> Vec<SurfaceCurve
             path: Path::Section(section.clone()),
             active: false,
             inked: true,
+            level: 0,
             sides: Vec::new(),
         }
     };

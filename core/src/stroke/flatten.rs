@@ -35,7 +35,8 @@ pub fn flatten(
     let line = |s: &Sighting| {
         let curve = &curves[s.curve];
         let points = if stop.is_wanted() { Vec::new() } else { polyline(g, curve, s.t, tolerance) };
-        Stroke { kind: curve.kind, surface: curve.surface, qi: s.qi, certainty: s.certainty, points }
+        let SurfaceCurve { kind, surface, level, .. } = *curve;
+        Stroke { kind, surface, level, qi: s.qi, certainty: s.certainty, points }
     };
     #[cfg(feature = "parallel")]
     {

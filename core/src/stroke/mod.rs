@@ -25,13 +25,15 @@ pub struct StrokePoint {
     pub model: DVec3,
 }
 
-/// A polyline of one kind and one quantitative invisibility.
+/// A polyline of one kind, level and quantitative invisibility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     /// What the curve is.
     pub kind: CurveKind,
     /// Index of the surface it lies on (the nearer one of a shared curve).
     pub surface: usize,
+    /// Of adaptive isocurves: the level from 0, the coarsest; 0 for all others.
+    pub level: u32,
     /// Quantitative invisibility: sheets in front. 0 is visible.
     pub qi: u32,
     /// The least certain of its pieces.

@@ -6,6 +6,8 @@ use glam::{DMat4, DVec3, DVec4};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     matrix: DMat4,
+    /// Unit vectors to the right, up, and towards the eye, in model space.
+    axes: [DVec3; 3],
     perspective: bool,
 }
 
@@ -31,8 +33,8 @@ impl Camera {
     /// # Errors
     /// If a coordinate is not finite, the direction has no length, or `up` is parallel to it.
     pub fn orthographic(eye_direction: DVec3, up: DVec3) -> Result<Self, CameraError> {
-        let rotation = frame(eye_direction, up)?;
-        Ok(Self { matrix: rotation, perspective: false })
+        let axes = frame(eye_direction, up)?;
+        Ok(Self { matrix: rotation(axes), axes, perspective: false })
     }
 
     /// Exact perspective from `eye` towards `target`. Lengths are true in the plane through `target` across the sight
@@ -47,17 +49,23 @@ impl Camera {
         if !target.is_finite() {
             return Err(CameraError::NotFinite);
         }
-        let rotation = frame(eye - target, up)?;
+        let axes = frame(eye - target, up)?;
         let f = (eye - target).length();
         let mut divide = DMat4::IDENTITY;
         divide.z_axis.w = -1.0 / f;
-        Ok(Self { matrix: divide * rotation * DMat4::from_translation(-target), perspective: true })
+        Ok(Self { matrix: divide * rotation(axes) * DMat4::from_translation(-target), axes, perspective: true })
     }
 
     /// The map from homogeneous model coordinates to homogeneous view coordinates.
     #[must_use]
     pub fn matrix(&self) -> DMat4 {
         self.matrix
+    }
+
+    /// Unit vectors to the right, up, and towards the eye, in model space.
+    #[must_use]
+    pub fn axes(&self) -> [DVec3; 3] {
+        self.axes
     }
 
     /// Whether sight lines meet in an eye point.
@@ -74,8 +82,8 @@ impl Camera {
     }
 }
 
-/// Rotation into the frame with rows x = up × d, y = d × x, d = towards the eye.
-fn frame(direction: DVec3, up: DVec3) -> Result<DMat4, CameraError> {
+/// The frame x = up × d, y = d × x, d = towards the eye.
+fn frame(direction: DVec3, up: DVec3) -> Result<[DVec3; 3], CameraError> {
     if !(direction.is_finite() && up.is_finite()) {
         return Err(CameraError::NotFinite);
     }
@@ -87,13 +95,17 @@ fn frame(direction: DVec3, up: DVec3) -> Result<DMat4, CameraError> {
         return Err(CameraError::UpAlongView);
     }
     let x = side.normalize();
-    let y = d.cross(x);
-    Ok(DMat4::from_cols(
+    Ok([x, d.cross(x), d])
+}
+
+/// Rotation into a frame: its axes are the rows.
+fn rotation([x, y, d]: [DVec3; 3]) -> DMat4 {
+    DMat4::from_cols(
         DVec4::new(x.x, y.x, d.x, 0.0),
         DVec4::new(x.y, y.y, d.y, 0.0),
         DVec4::new(x.z, y.z, d.z, 0.0),
         DVec4::W,
-    ))
+    )
 }
 
 #[cfg(test)]

@@ -154,6 +154,12 @@ impl ViewScene {
         (self.hi - self.lo).length().max(f64::MIN_POSITIVE)
     }
 
+    /// Farthest and nearest z of the control points, between which the whole scene lies.
+    #[must_use]
+    pub fn depth(&self) -> [f64; 2] {
+        [self.lo.z, self.hi.z]
+    }
+
     /// The patch that holds `uv` and the local place in it. On a knot line the patch is the upper one unless
     /// `below` asks for the lower one, per direction.
     #[must_use]

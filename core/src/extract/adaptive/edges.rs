@@ -1,0 +1,66 @@
+//! The outermost isocurves of the surfaces, where a cover begins: each edge once for all surfaces that meet in it.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::strip::Strips;
+use super::tone::Shade;
+use super::{AdaptiveOptions, IsoPiece};
+use crate::extract::{CurveKind, CurveSet, Geometry};
+use crate::line::Axis;
+use crate::stitch::{Edge, EdgeClass, Stitching};
+use crate::stop::Stop;
+
+/// The edges that are not drawn as what they are and that run along the isocurves of a surface that meets there. `tasks` are
+/// the surfaces with the constant parameters of their isocurves. With a tone, those parts that are dark enough for an
+/// isocurve at twice its distance.
+pub(super) fn pieces(
+    g: &Geometry<'_>,
+    stitching: &Stitching,
+    drawn: &CurveSet,
+    options: &AdaptiveOptions,
+    shade: Option<Shade>,
+    tasks: &[(usize, Axis)],
+) -> Vec<IsoPiece> {
+    let mut out = Vec::new();
+    for edge in stitching.edges.iter().filter(|e| e.owner() && !drawn.contains(kind(e.class))) {
+        let mut sides = vec![edge.side];
+        sides.extend(&edge.partners);
+        let covered = |side: usize| {
+            let line = &stitching.sides[side].line;
+            tasks.contains(&(line.surface, line.axis))
+        };
+        if !sides.iter().any(|&side| covered(side)) {
+            continue;
+        }
+        for t in dark(g, stitching, edge, options, shade) {
+            let line = &stitching.sides[edge.side].line;
+            out.push(IsoPiece { surface: line.surface, axis: line.axis, value: line.value, t, level: 0 });
+        }
+    }
+    out
+}
+
+fn kind(class: EdgeClass) -> CurveKind {
+    match class {
+        EdgeClass::Boundary => CurveKind::Boundary,
+        EdgeClass::Crease => CurveKind::Crease,
+        EdgeClass::Smooth => CurveKind::Smooth,
+    }
+}
+
+/// The parts of an edge that are dark enough.
+fn dark(
+    g: &Geometry<'_>,
+    stitching: &Stitching,
+    edge: &Edge,
+    options: &AdaptiveOptions,
+    shade: Option<Shade>,
+) -> Vec<[f64; 2]> {
+    if shade.is_none() {
+        return vec![edge.t];
+    }
+    let line = &stitching.sides[edge.side].line;
+    let mut strips = Strips::new(g, line.surface, line.axis, options, Stop::NEVER);
+    strips.dark_at_the_end(line.value, edge.t)
+}

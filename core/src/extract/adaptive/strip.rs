@@ -1,0 +1,246 @@
+//! Algorithm 1 of Elber and Cohen 1992: a strip of a surface between two isocurves is divided where they are too far
+//! apart.
+
+use alloc::vec::Vec;
+
+use glam::DVec2;
+
+use super::rail::{IsoDistance, Rail, followed};
+use super::ruled::Ruled;
+use super::tone::Shade;
+use super::{AdaptiveOptions, AdaptiveStats, Cover, IsoPiece, Metric, RULED, domain, metric};
+use crate::bernstein::{Piecewise, Univariate, complement, intersection, union};
+use crate::extract::Geometry;
+use crate::line::Axis;
+use crate::stop::Stop;
+
+/// Fraction of the largest density within which a shaded density is followed along an isocurve.
+const DENSITY_STEP: f64 = 0.02;
+
+/// Unit roundoff of view coordinates is exceeded by projection and extraction this many times.
+const ROUNDINGS: f64 = 16.0;
+
+/// Parts of a patch across which a strip may at most reach before the tone on its rails and in its middle stands for that
+/// of the whole of it.
+const TONE_PARTS: f64 = 8.0;
+
+/// The inverse of the wanted spacing along a strip.
+#[derive(Clone, Debug)]
+enum Density {
+    Even(f64),
+    /// With its largest value.
+    Shaded(Piecewise, f64),
+}
+
+impl Density {
+    fn most(&self) -> f64 {
+        match self {
+            Self::Even(r) => *r,
+            Self::Shaded(_, most) => *most,
+        }
+    }
+
+    fn times(&self, f: &Piecewise) -> Piecewise {
+        match self {
+            Self::Even(r) => f.scaled(*r),
+            Self::Shaded(r, _) => f.mul(r),
+        }
+    }
+}
+
+/// Divides the strips of one surface in one direction.
+pub(super) struct Strips<'a> {
+    g: Geometry<'a>,
+    surface: usize,
+    /// The parameter that is constant on the isocurves.
+    axis: Axis,
+    ruled: Ruled<'a>,
+    metric: Metric,
+    options: &'a AdaptiveOptions,
+    /// `None` for even spacing.
+    shade: Option<Shade>,
+    /// Bound of the rounding in view coordinates.
+    rounding: f64,
+    stop: Stop<'a>,
+    pieces: Vec<IsoPiece>,
+    stats: AdaptiveStats,
+}
+
+/// A strip: the isocurves at the ends of `s` over one interval, and their distance.
+struct Strip<'a> {
+    s: [f64; 2],
+    rails: [&'a Rail; 2],
+    distance: IsoDistance,
+}
+
+impl<'a> Strips<'a> {
+    pub(super) fn new(
+        g: &Geometry<'a>,
+        surface: usize,
+        axis: Axis,
+        options: &'a AdaptiveOptions,
+        stop: Stop<'a>,
+    ) -> Self {
+        let metric = metric(g, surface, options.measured);
+        Self {
+            g: *g,
+            surface,
+            axis,
+            ruled: Ruled::new(g.view, surface, axis, metric),
+            metric,
+            options,
+            shade: options.tone.map(|tone| Shade::new(tone, g.view)),
+            rounding: ROUNDINGS * f64::EPSILON / 2.0 * g.view.size(),
+            stop,
+            pieces: Vec::new(),
+            stats: AdaptiveStats::default(),
+        }
+    }
+
+    /// Covers the whole surface between the ends of its domain, which are two of the isocurves counted.
+    pub(super) fn cover(mut self) -> Cover {
+        self.stats.curves = 2;
+        let (s, t) = domain(&self.g, self.surface, self.axis);
+        let [a, b] = s.map(|s| self.rail(s, t));
+        let strip = self.strip(s, [&a, &b]);
+        self.divide(&strip);
+        Cover { pieces: self.pieces, stats: self.stats }
+    }
+
+    /// Where the isocurve at the end `s` of the domain is dark enough to be drawn, in `t`: where it is farther from the middle
+    /// one than it is wanted to be from its neighbour.
+    pub(super) fn dark_at_the_end(&mut self, s: f64, t: [f64; 2]) -> Vec<[f64; 2]> {
+        let (ends, _) = domain(&self.g, self.surface, self.axis);
+        let middle = 0.5 * (ends[0] + ends[1]);
+        let [own, other] = [s, middle].map(|s| self.rail(s, t));
+        let density = self.density(&[s], &own);
+        let strip =
+            if s < middle { self.strip([s, middle], [&own, &other]) } else { self.strip([middle, s], [&other, &own]) };
+        self.exceeding(&strip, &density, 1.0)
+    }
+
+    fn rail(&self, s: f64, t: [f64; 2]) -> Rail {
+        Rail::new(self.g.view, self.surface, self.axis, s, t)
+    }
+
+    fn strip<'r>(&mut self, s: [f64; 2], rails: [&'r Rail; 2]) -> Strip<'r> {
+        self.stats.distances += 1;
+        Strip { s, rails, distance: IsoDistance::new(rails[0], rails[1], self.metric) }
+    }
+
+    /// Introduces the middle isocurve wherever the strip is too wide, and goes on with the strips on both sides of it.
+    fn divide(&mut self, strip: &Strip<'_>) {
+        let middle = 0.5 * (strip.s[0] + strip.s[1]);
+        // No number lies between the ends of a strip that floating point cannot divide.
+        if self.stop.is_wanted() || !(strip.s[0] < middle && middle < strip.s[1]) {
+            return;
+        }
+        for t in self.wide(strip, middle) {
+            let between = self.rail(middle, t);
+            let [a, b] = strip.rails.map(|r| r.cut(t));
+            if between.length_bound().max(a.length_bound()).max(b.length_bound()) <= self.options.shortest {
+                continue;
+            }
+            let lower = self.strip([strip.s[0], middle], [&a, &between]);
+            self.divide(&lower);
+            self.ink(strip, middle, &between);
+            let upper = self.strip([middle, strip.s[1]], [&between, &b]);
+            self.divide(&upper);
+        }
+    }
+
+    /// Where a strip has to be divided.
+    fn wide(&mut self, strip: &Strip<'_>, middle: f64) -> Vec<[f64; 2]> {
+        let Some(whole) = strip.rails[0].domain() else { return Vec::new() };
+        if self.shade.is_some() {
+            let rows = self.ruled.rows(strip.s);
+            let breaks = &self.ruled.across()[rows.start..=rows.end];
+            if rows.len() > 1 || (strip.s[1] - strip.s[0]) * TONE_PARTS > breaks[1] - breaks[0] {
+                return alloc::vec![whole];
+            }
+        }
+        let density = self.density(&[strip.s[0], middle, strip.s[1]], strip.rails[0]);
+        self.exceeding(strip, &density, 1.0)
+    }
+
+    /// Where the rails are more than `scale` times the wanted distance apart, or the surface between them bends away from
+    /// the ruled one by more than its share of that.
+    fn exceeding(&mut self, strip: &Strip<'_>, density: &Density, scale: f64) -> Vec<[f64; 2]> {
+        let Some(whole) = strip.rails[0].domain() else { return Vec::new() };
+        let most = density.most() / scale;
+        if most <= 0.0 {
+            return Vec::new();
+        }
+        let IsoDistance { above, below } = &strip.distance;
+        // Δ² r² − 1, times the denominator, with r the inverse of the wanted distance.
+        let scaled = density.times(&density.times(above)).scaled(1.0 / (scale * scale));
+        // At Δ = 1 / r, where the sign matters, Δ² is known to 2 Δ times the rounding of a distance; and the
+        // coefficients of the numerator to some 50 roundings of their own size.
+        let blurred = self.rounding * most;
+        let noise = (2.0 * blurred + blurred * blurred) * below.magnitude() + 1e-14 * scaled.magnitude();
+        let far = scaled.sub(below).positive(noise);
+        let mut bent = Vec::new();
+        for t in complement(whole, &far) {
+            self.stats.ruled_tests += 1;
+            let [a, b] = strip.rails.map(|r| r.cut(t));
+            let deviation = self.ruled.deviation(strip.s, [&a, &b], RULED / most);
+            let share = density.times(&deviation).scaled(1.0 / scale);
+            let limit = Piecewise::new([(t, Univariate::constant(RULED))]);
+            bent.extend(share.sub(&limit).positive(4.0 * f64::EPSILON + blurred));
+        }
+        union(&far, &bent)
+    }
+
+    /// The density of the isocurves over a rail, the largest at some constant parameters.
+    fn density(&self, s: &[f64], rail: &Rail) -> Density {
+        let spacing = self.options.spacing;
+        let Some(shade) = self.shade else { return Density::Even(1.0 / spacing) };
+        let at = |t: f64| {
+            let uv = |s: f64| if self.axis == Axis::U { DVec2::new(s, t) } else { DVec2::new(t, s) };
+            s.iter().map(|&s| shade.density(&self.g, self.surface, uv(s), spacing)).fold(0.0, f64::max)
+        };
+        let line = Piecewise::linear(&followed(rail, DENSITY_STEP / spacing, &at));
+        let most = line.magnitude();
+        Density::Shaded(line, most)
+    }
+
+    /// Records the parts of the middle isocurve of a strip that are wanted, by levels: the coarsest level at which the
+    /// strip is too wide without it.
+    fn ink(&mut self, strip: &Strip<'_>, s: f64, between: &Rail) {
+        let Some(whole) = between.domain() else { return };
+        let density = self.density(&[s], between);
+        let [a, b] = strip.rails.map(|r| r.cut(whole));
+        let distance = IsoDistance {
+            above: strip.distance.above.restricted(whole),
+            below: strip.distance.below.restricted(whole),
+        };
+        let part = Strip { s: strip.s, rails: [&a, &b], distance };
+        let finest = self.options.levels.max(1) - 1;
+        let wanted = match self.shade {
+            // What divides a strip evenly is what is wanted of the curve.
+            None => alloc::vec![whole],
+            Some(_) => self.exceeding(&part, &density, 1.0),
+        };
+        let mut coarser: Vec<[f64; 2]> = Vec::new();
+        for level in 0..=finest {
+            let reached = if level == finest {
+                wanted.clone()
+            } else {
+                let scale = libm::exp2(f64::from(finest - level));
+                intersection(&self.exceeding(&part, &density, scale), &wanted)
+            };
+            for piece in reached.iter().flat_map(|t| complement(*t, &coarser)) {
+                self.record(s, piece, level, between);
+            }
+            coarser = union(&coarser, &reached);
+        }
+    }
+
+    /// Records a piece of an isocurve unless it is too short to be more than a dot.
+    fn record(&mut self, s: f64, t: [f64; 2], level: u32, rail: &Rail) {
+        if t[0] < t[1] && rail.cut(t).length_bound() > self.options.shortest {
+            self.stats.curves += 1;
+            self.pieces.push(IsoPiece { surface: self.surface, axis: self.axis, value: s, t, level });
+        }
+    }
+}
