@@ -16,9 +16,6 @@ pub struct DrawArgs {
     /// Plotter that G-code or HPGL is written for (`penvis devices`)
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
-    /// Width of the pen in mm in SVG and PNG
-    #[arg(long, value_name = "MM", default_value_t = 0.3)]
-    pub pen_width: f64,
     /// Write counts and seconds per stage to a JSON file
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
@@ -43,9 +40,33 @@ pub struct DrawingArgs {
     /// Curves to ink, of boundary, crease, silhouette, iso, smooth (joins), intersection (of surfaces)
     #[arg(long, value_name = "KINDS", default_value = "boundary,crease,silhouette,iso")]
     pub curves: String,
-    /// Isocurves in each direction of a surface
-    #[arg(long, value_name = "N", default_value_t = 8)]
-    pub iso: u32,
+    /// Isocurves in each direction of a surface, equally far apart in its parameter [default: 8]
+    #[arg(long, value_name = "N", conflicts_with_all = ["iso_spacing", "shade"])]
+    pub iso: Option<u32>,
+    /// Isocurves instead that are no farther apart than this on the paper, in mm, and end where they have come near enough
+    #[arg(long, value_name = "MM")]
+    pub iso_spacing: Option<f64>,
+    /// Which of these isocurves: u, v (those along which it runs), both, or auto (the fewer and longer on each surface)
+    #[arg(long, value_name = "DIRECTION", default_value = "auto")]
+    pub iso_direction: String,
+    /// Where their spacing is measured: paper, or surface (in space on surfaces that turn away from the eye, so that
+    /// curves crowd towards outlines)
+    #[arg(long, value_name = "WHERE", default_value = "paper")]
+    pub iso_metric: String,
+    /// Draw these isocurves coarse to fine in N layers, each with half the spacing of the one before, so that a plot that
+    /// is stopped early is a whole picture
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub iso_levels: u32,
+    /// Let the spacing follow a tone, from twice the width of the pen (or --iso-spacing) where it is dark to no curves where it
+    /// is light: lambert (the light), depth (what is near is dark), or a darkness from 0 to 1
+    #[arg(long, value_name = "TONE")]
+    pub shade: Option<String>,
+    /// Direction to the light as the viewer sees it: to the right, up, towards the viewer
+    #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
+    pub light: String,
+    /// Width of the pen in mm: in SVG and PNG, and for --shade
+    #[arg(long, value_name = "MM", default_value_t = 0.3)]
+    pub pen_width: f64,
     /// What becomes of hidden curves: omit, dashed, or layer (in full, with pen 2) [default: omit, or layer with --qi]
     #[arg(long, value_name = "HOW")]
     pub hidden: Option<String>,

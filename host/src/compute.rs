@@ -10,9 +10,10 @@ use penvis_core::stroke::CurveKind;
 use crate::drawing::Drawing;
 use crate::error::Error;
 use crate::interrupt;
+use crate::isocurves::Isocurves;
 use crate::model::{self, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Layout};
+use crate::page::{self, Hatching, Layout};
 use crate::progress::Progress;
 use crate::stats::Seconds;
 
@@ -31,7 +32,7 @@ pub struct Computed {
 
 /// Computes the drawing.
 ///
-/// The core is run in two steps, because the chord error on the screen follows from the scale, and the scale from the
+/// The core is run in two steps, because the chord error and the spacing of isocurves on the screen follow from the scale, and the scale from the
 /// extent of the picture.
 ///
 /// # Errors
@@ -48,23 +49,30 @@ pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed
 
     let wanted = pipeline::DrawOptions {
         curves: curve_set(options),
-        isos: options.iso,
+        isos: options.isocurves.uniform(),
         deepest: options.deepest,
         visibility: options.visibility,
         ..pipeline::DrawOptions::default()
     };
     let watch = Watch::new(progress, started, options.time_limit, read);
-    let prepared = Prepared::new(&model.scene, &camera, &wanted, &watch).map_err(|e| watch.reason(e))?;
+    let mut prepared = Prepared::new(&model.scene, &camera, &wanted, &watch).map_err(|e| watch.reason(e))?;
     let layout = Layout::fit(prepared.extent(), options.page, options.margin_mm)?;
+    if let Isocurves::Adaptive(adaptive) = &options.isocurves {
+        prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
+    }
     let tolerance = layout.to_screen_length(options.tolerance_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let mut seconds = watch.finish();
 
     progress.stage("ordering");
     let started = Instant::now();
-    let polylines = page::lay_out(&traced.strokes, &layout, options.hidden, options.depths);
+    let hatching = match options.isocurves {
+        Isocurves::Adaptive(a) => Some(Hatching { levels: a.levels, pen_width_mm: options.pen_width_mm }),
+        _ => None,
+    };
+    let polylines = page::lay_out(&traced.strokes, &layout, options.hidden, options.depths, hatching);
     seconds.page = started.elapsed().as_secs_f64();
-    let drawing = Drawing { name: model.scene.name, page: options.page, isos: options.iso, polylines };
+    let drawing = Drawing { name: model.scene.name, page: options.page, isos: options.isocurves.uniform(), polylines };
     Ok(Computed { drawing, view, stats: traced.stats, seconds })
 }
 

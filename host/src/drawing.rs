@@ -23,6 +23,8 @@ pub struct Polyline {
     pub layer: String,
     /// Pen number, from 1.
     pub pen: u32,
+    /// Turn among what the pen draws: 0 first, then the levels of adaptive isocurves from 1, the coarsest.
+    pub level: u32,
     /// Whether it is drawn as visible ink.
     pub visible: bool,
     /// Quantitative invisibility: sheets in front of it.

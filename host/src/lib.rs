@@ -2,7 +2,7 @@
 //!
 //! | module | does |
 //! |---|---|
-//! | [`cli`], [`options`] | the command line as typed, and what it means |
+//! | [`cli`], [`options`], [`isocurves`] | the command line as typed, and what it means |
 //! | [`command`] | one module for each subcommand |
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
@@ -21,6 +21,7 @@ pub mod drawing;
 pub mod emit;
 pub mod error;
 pub mod interrupt;
+pub mod isocurves;
 pub mod model;
 pub mod options;
 pub mod output;

@@ -14,6 +14,7 @@ use crate::args::{DrawArgs, DrawingArgs};
 use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::Format;
+use crate::isocurves::{self, Isocurves};
 use crate::model::{Projection, View};
 use crate::page::{self, DashPattern, Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
 
@@ -26,9 +27,6 @@ const KINDS: [(&str, CurveKind); 6] = [
     ("smooth", CurveKind::Smooth),
     ("intersection", CurveKind::Section),
 ];
-
-/// Most isocurves a direction. More would not be told apart on paper.
-const MOST_ISOS: u32 = 1000;
 
 /// Device that HPGL is written for when none is asked for.
 const DEFAULT_HPGL: &str = "hp7475a";
@@ -87,7 +85,7 @@ pub enum OptionError {
     Place(#[from] PlaceError),
 }
 
-fn bad(option: &'static str, value: impl ToString, problem: impl Into<String>) -> OptionError {
+pub(crate) fn bad(option: &'static str, value: impl ToString, problem: impl Into<String>) -> OptionError {
     OptionError::Value { option, value: value.to_string(), problem: problem.into() }
 }
 
@@ -168,7 +166,7 @@ fn named_view(text: &str) -> Result<(DVec3, DVec3), OptionError> {
     Ok((eye, up))
 }
 
-fn direction(option: &'static str, text: &str) -> Result<DVec3, OptionError> {
+pub(crate) fn direction(option: &'static str, text: &str) -> Result<DVec3, OptionError> {
     let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
     match (numbers.as_slice(), text.split(',').count()) {
         (&[x, y, z], 3) if DVec3::new(x, y, z).try_normalize().is_some() => Ok(DVec3::new(x, y, z)),
@@ -185,8 +183,12 @@ pub struct DrawingOptions {
     pub view: ViewChoice,
     /// The kinds that are inked.
     pub curves: BTreeSet<CurveKind>,
-    /// Isocurves a direction; 0 when none are inked.
-    pub iso: u32,
+    /// Isocurves.
+    pub isocurves: Isocurves,
+    /// Direction to the light in the viewer's frame: right, up, towards the eye.
+    pub light: DVec3,
+    /// Width of the pen in mm.
+    pub pen_width_mm: f64,
     /// What becomes of hidden curves.
     pub hidden: Hidden,
     /// Whether hidden curves are told apart by the number of sheets in front of them.
@@ -220,14 +222,15 @@ impl DrawingOptions {
         if !(args.tolerance.is_finite() && args.tolerance > 0.0) {
             return Err(bad("--tolerance", args.tolerance, "is not a positive length in mm; 0.01 is a good one"));
         }
-        if args.iso > MOST_ISOS {
-            return Err(bad("--iso", args.iso, format!("is too many; give {MOST_ISOS} at most")));
+        if !(args.pen_width.is_finite() && args.pen_width > 0.0) {
+            return Err(bad("--pen-width", args.pen_width, "is not a positive width in mm"));
         }
         let mut curves = kinds(&args.curves)?;
-        if args.iso == 0 {
+        let light = isocurves::light(args)?;
+        let isocurves = Isocurves::new(args, light, curves.contains(&CurveKind::Iso))?;
+        if isocurves == Isocurves::Omitted {
             curves.remove(&CurveKind::Iso);
         }
-        let iso = if curves.contains(&CurveKind::Iso) { args.iso } else { 0 };
         let deepest = args.qi.unwrap_or(u32::MAX);
         let depths = if args.qi.is_some() { Depths::Apart } else { Depths::Together };
         let hidden = match args.hidden.as_deref() {
@@ -258,7 +261,9 @@ impl DrawingOptions {
             models,
             view,
             curves,
-            iso,
+            isocurves,
+            light,
+            pen_width_mm: args.pen_width,
             hidden,
             depths,
             deepest,
@@ -315,8 +320,6 @@ pub struct DrawOptions {
     pub hpgl: Device,
     /// The plotter whose speeds the estimate uses: the one asked for, or the default one of the language written.
     pub estimated: Device,
-    /// Width of the pen in mm.
-    pub pen_width_mm: f64,
     /// Where the stats go.
     pub stats: Option<PathBuf>,
 }
@@ -334,9 +337,6 @@ impl DrawOptions {
         }
         let drawing = DrawingOptions::new(&args.models, &args.drawing)?;
         check_paths(args)?;
-        if !(args.pen_width.is_finite() && args.pen_width > 0.0) {
-            return Err(bad("--pen-width", args.pen_width, "is not a positive width in mm"));
-        }
         let asked = args.device.as_deref().map(device::find).transpose()?;
         let or_default = |default: &str, speaks: fn(&Language) -> bool| match &asked {
             Some(device) if speaks(&device.language) => Ok(device.clone()),
@@ -361,8 +361,7 @@ impl DrawOptions {
         let only_hpgl =
             outputs.iter().any(|o| o.format == Format::Hpgl) && outputs.iter().all(|o| o.format != Format::Gcode);
         let estimated = asked.unwrap_or_else(|| if only_hpgl { hpgl.clone() } else { gcode.clone() });
-        let (pen_width_mm, stats) = (args.pen_width, args.stats.clone());
-        Ok(Self { drawing, outputs, gcode, hpgl, estimated, pen_width_mm, stats })
+        Ok(Self { drawing, outputs, gcode, hpgl, estimated, stats: args.stats.clone() })
     }
 }
 
@@ -455,7 +454,7 @@ mod tests {
         let options = options("saddle -o a.svg").unwrap();
         let names: Vec<_> = options.drawing.curves.iter().map(|kind| kind.name()).collect();
         assert_eq!(names, ["boundary", "crease", "silhouette", "iso"]);
-        assert_eq!((options.drawing.iso, options.drawing.margin_mm), (8, 15.0));
+        assert_eq!((options.drawing.isocurves, options.drawing.margin_mm), (Isocurves::Uniform(8), 15.0));
         assert_eq!(options.drawing.page, Page { width_mm: 297.0, height_mm: 210.0 });
         assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, DEFAULT_HPGL));
         assert_eq!(options.estimated.name, device::DEFAULT);
@@ -464,11 +463,28 @@ mod tests {
 
     #[test]
     fn isocurves_are_counted_only_when_inked() {
-        for words in ["--curves boundary,trim", "--iso 0"] {
+        for words in ["--curves boundary,trim", "--iso 0", "--curves silhouette --iso-spacing 1"] {
             let options = options(&format!("saddle -o a.json {words}")).unwrap().drawing;
-            assert_eq!(options.iso, 0);
+            assert_eq!(options.isocurves, Isocurves::Omitted);
             assert!(!options.curves.contains(&CurveKind::Iso));
         }
+    }
+
+    #[test]
+    fn adaptive_isocurves_have_a_spacing_or_twice_the_pen() {
+        use penvis_core::extract::adaptive::{Direction, Spacing, Tone};
+        let adaptive = |words: &str| match options(&format!("saddle -o a.svg {words}")).unwrap().drawing.isocurves {
+            Isocurves::Adaptive(adaptive) => adaptive,
+            other => panic!("{words}: {other:?}"),
+        };
+        let plain = adaptive("--iso-spacing 0.5");
+        assert_eq!((plain.spacing_mm, plain.measured, plain.direction), (0.5, Spacing::Screen, Direction::Auto));
+        assert_eq!((plain.tone, plain.levels), (None, 1));
+        let shaded = adaptive("--shade lambert --pen-width 0.4 --light -1,2,3 --iso-levels 3 --iso-direction both");
+        assert_eq!((shaded.spacing_mm, shaded.levels, shaded.direction), (0.8, 3, Direction::Both));
+        assert_eq!(shaded.tone, Some(Tone::Lambert(DVec3::new(-1.0, 2.0, 3.0))));
+        let flat = adaptive("--shade 0.25 --iso-spacing 1 --iso-metric surface");
+        assert_eq!((flat.spacing_mm, flat.measured, flat.tone), (1.0, Spacing::Surface, Some(Tone::Flat(0.25))));
     }
 
     #[test]
@@ -484,6 +500,17 @@ mod tests {
             ("--curves silhouete", "`silhouete` is not one of boundary"),
             ("--curves iso,", "`` is not one of"),
             ("--iso 1001", "--iso 1001: "),
+            ("--iso-spacing 0", "--iso-spacing 0: "),
+            ("--iso-spacing nan", "--iso-spacing NaN: "),
+            ("--iso-levels 2", "goes with --iso-spacing or --shade"),
+            ("--iso-direction u", "goes with --iso-spacing or --shade"),
+            ("--iso-metric surface", "goes with --iso-spacing or --shade"),
+            ("--iso-spacing 1 --iso-levels 0", "--iso-levels 0: "),
+            ("--iso-spacing 1 --iso-direction w", "--iso-direction w: is not one of"),
+            ("--iso-spacing 1 --iso-metric foot", "--iso-metric foot: is not one of"),
+            ("--shade dark", "--shade dark: "),
+            ("--shade 1.5", "--shade 1.5: "),
+            ("--shade lambert --light 0,0,0", "--light 0,0,0: "),
             ("--hidden no", "--hidden no: "),
             ("--tolerance 0", "--tolerance 0: "),
             ("--tolerance inf", "--tolerance inf: "),

@@ -135,6 +135,7 @@ mod tests {
             surface: 0,
             layer: "ink".into(),
             pen: 1,
+            level: 0,
             visible: true,
             qi: 0,
             certainty: Certainty::Proven,

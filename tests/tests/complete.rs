@@ -33,7 +33,7 @@ fn picture(name: &str, view: &View, wanted: &DrawOptions) -> Picture {
     let asked = options(&[name]);
     let layout = Layout::fit(prepared.extent(), asked.page, asked.margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
-    let polylines = lay_out(&traced.strokes, &layout, Hidden::Omit, Depths::Together);
+    let polylines = lay_out(&traced.strokes, &layout, Hidden::Omit, Depths::Together, None);
     let drawing = Drawing { name: name.into(), page: asked.page, isos: 0, polylines };
     Picture { prepared, layout, ink: Ink::new(&drawing) }
 }

@@ -150,6 +150,7 @@ pub(crate) mod tests {
             surface: 0,
             layer: kind.name().into(),
             pen,
+            level: 0,
             visible: true,
             qi: 0,
             certainty: Certainty::Proven,

@@ -103,6 +103,7 @@ mod tests {
             surface: 0,
             layer: "hidden".into(),
             pen: 1,
+            level: 0,
             visible: false,
             qi: 1,
             certainty: Certainty::Proven,

@@ -1,16 +1,18 @@
 //! From the screen to the paper: scale, place, dash and order the strokes.
 
 mod dash;
+mod join;
 mod layout;
 mod order;
 mod sheet;
 
 pub use dash::{DashPattern, dash};
+pub use join::join;
 pub use layout::{Layout, LayoutError};
 pub use order::order;
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 
-use penvis_core::stroke::Stroke;
+use penvis_core::stroke::{CurveKind, Stroke};
 
 use crate::drawing::{Page, Polyline};
 
@@ -39,17 +41,39 @@ pub enum Depths {
     Apart,
 }
 
-/// Puts strokes on the paper, dashes or drops the hidden ones, and orders them for drawing.
+/// How adaptive isocurves are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hatching {
+    /// Number of levels, each a layer `iso-k` from 1, the coarsest; a single level is the layer `iso`.
+    pub levels: u32,
+    /// Width of the pen in mm: isocurves are joined along outlines of this width.
+    pub pen_width_mm: f64,
+}
+
+/// Puts strokes on the paper, dashes or drops the hidden ones, orders them for drawing, and joins adaptive isocurves.
 ///
-/// The layer is the name of the kind, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes for anything but clustered
+/// The layer is the name of the kind, `iso-k`, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes for anything but clustered
 /// ends.
 #[must_use]
-pub fn lay_out(strokes: &[Stroke], layout: &Layout, hidden: Hidden, depths: Depths) -> Vec<Polyline> {
+pub fn lay_out(
+    strokes: &[Stroke],
+    layout: &Layout,
+    hidden: Hidden,
+    depths: Depths,
+    hatching: Option<Hatching>,
+) -> Vec<Polyline> {
+    let levels = hatching.map_or(1, |h| h.levels);
     let mut polylines = Vec::with_capacity(strokes.len());
     for stroke in strokes.iter().filter(|stroke| stroke.points.len() >= 2) {
         let visible = stroke.qi == 0;
         if visible {
-            polylines.push(polyline(stroke, layout, stroke.kind.name(), 1));
+            let name = stroke.kind.name();
+            if stroke.kind == CurveKind::Iso && levels > 1 {
+                let level = stroke.level + 1;
+                polylines.push(Polyline { level, ..polyline(stroke, layout, &format!("{name}-{level}"), 1) });
+            } else {
+                polylines.push(polyline(stroke, layout, name, 1));
+            }
             continue;
         }
         let (layer, depth) = match depths {
@@ -65,7 +89,11 @@ pub fn lay_out(strokes: &[Stroke], layout: &Layout, hidden: Hidden, depths: Dept
             Hidden::Layer => polylines.push(polyline(stroke, layout, &layer, depth + 1)),
         }
     }
-    order(polylines)
+    let ordered = order(polylines);
+    match hatching {
+        Some(hatching) => join(ordered, hatching.pen_width_mm),
+        None => ordered,
+    }
 }
 
 fn polyline(stroke: &Stroke, layout: &Layout, layer: &str, pen: u32) -> Polyline {
@@ -74,6 +102,7 @@ fn polyline(stroke: &Stroke, layout: &Layout, layer: &str, pen: u32) -> Polyline
         surface: stroke.surface,
         layer: layer.to_owned(),
         pen,
+        level: 0,
         visible: stroke.qi == 0,
         qi: stroke.qi,
         certainty: stroke.certainty,
@@ -91,13 +120,29 @@ fn inside(page: Page, margin_mm: f64) -> glam::DVec2 {
 #[cfg(test)]
 mod tests {
     use glam::{DVec2, DVec3};
-    use penvis_core::stroke::{Certainty, CurveKind, StrokePoint};
+    use penvis_core::stroke::{Certainty, StrokePoint};
 
     use super::*;
 
     fn stroke(kind: CurveKind, qi: u32, ends: [[f64; 2]; 2]) -> Stroke {
         let point = |p: [f64; 2]| StrokePoint { screen: p.into(), model: DVec3::new(p[0], p[1], 7.0) };
-        Stroke { kind, surface: 3, qi, certainty: Certainty::Proven, points: ends.map(point).to_vec() }
+        Stroke { kind, surface: 3, level: 0, qi, certainty: Certainty::Proven, points: ends.map(point).to_vec() }
+    }
+
+    #[test]
+    fn levels_are_layers_in_order_after_the_outlines() {
+        let page = Page { width_mm: 120.0, height_mm: 120.0 };
+        let layout = Layout::fit([DVec2::ZERO, DVec2::ONE], page, 10.0).unwrap();
+        let strokes = [2, 0, 1, 0].iter().enumerate().map(|(k, &level)| {
+            let x = 0.2 * k as f64 + 0.1;
+            Stroke { level, ..stroke(CurveKind::Iso, 0, [[x, 0.1], [x, 0.9]]) }
+        });
+        let mut strokes: Vec<Stroke> = strokes.collect();
+        strokes.push(stroke(CurveKind::Boundary, 0, [[1.0, 1.0], [0.9, 1.0]]));
+        let hatching = Some(Hatching { levels: 3, pen_width_mm: 0.3 });
+        let found = lay_out(&strokes, &layout, Hidden::Omit, Depths::Together, hatching);
+        let layers: Vec<_> = found.iter().map(|p| p.layer.as_str()).collect();
+        assert_eq!(layers, ["boundary", "iso-1", "iso-1", "iso-2", "iso-3"]);
     }
 
     #[test]
@@ -108,23 +153,23 @@ mod tests {
             stroke(CurveKind::Boundary, 0, [[0.0, 0.0], [1.0, 0.0]]),
             stroke(CurveKind::Iso, 2, [[0.0, 1.0], [1.0, 1.0]]),
         ];
-        let omitted = lay_out(&strokes, &layout, Hidden::Omit, Depths::Together);
+        let omitted = lay_out(&strokes, &layout, Hidden::Omit, Depths::Together, None);
         assert_eq!(omitted.len(), 1);
         assert_eq!(omitted[0].page, [DVec2::new(10.0, 10.0), DVec2::new(110.0, 10.0)]);
         assert_eq!((omitted[0].layer.as_str(), omitted[0].pen, omitted[0].surface), ("boundary", 1, 3));
 
-        let layered = lay_out(&strokes, &layout, Hidden::Layer, Depths::Together);
+        let layered = lay_out(&strokes, &layout, Hidden::Layer, Depths::Together, None);
         assert_eq!(layered.len(), 2);
         assert_eq!((layered[1].layer.as_str(), layered[1].pen, layered[1].visible), ("hidden", 2, false));
 
-        let apart = lay_out(&strokes, &layout, Hidden::Layer, Depths::Apart);
+        let apart = lay_out(&strokes, &layout, Hidden::Layer, Depths::Apart, None);
         assert_eq!((apart[1].layer.as_str(), apart[1].pen), ("hidden-2", 3));
 
-        let dashed = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Together);
+        let dashed = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Together, None);
         let hidden: Vec<_> = dashed.iter().filter(|p| !p.visible).collect();
         assert!(hidden.len() > 10 && hidden.iter().all(|p| p.qi == 2 && p.pen == 1 && p.layer == "hidden"));
 
-        let finer = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Apart);
+        let finer = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Apart, None);
         let finer: Vec<_> = finer.iter().filter(|p| !p.visible).collect();
         assert!(finer.len() > hidden.len() && finer.iter().all(|p| p.pen == 1 && p.layer == "hidden-2"));
     }

@@ -4,21 +4,22 @@ use glam::DVec2;
 
 use crate::drawing::Polyline;
 
-/// Orders polylines so that the pen travels little: pen by pen, from the lower left corner always on to the nearest end of
+/// Orders polylines so that the pen travels little: pen by pen, level by level, from the lower left corner always on to the nearest end of
 /// what is left, turning polylines where their last vertex is the nearer one. Ties go to the earlier polyline.
 ///
 /// Cost: a grid of the ends finds the nearest one in about constant time, so O(n log n) unless ends are clustered.
 #[must_use]
 pub fn order(polylines: Vec<Polyline>) -> Vec<Polyline> {
-    let mut pens: Vec<u32> = polylines.iter().map(|p| p.pen).collect();
-    pens.sort_unstable();
-    pens.dedup();
+    let turn_of = |p: &Polyline| (p.pen, p.level);
+    let mut turns: Vec<(u32, u32)> = polylines.iter().map(turn_of).collect();
+    turns.sort_unstable();
+    turns.dedup();
     let mut left: Vec<Option<Polyline>> = polylines.into_iter().map(Some).collect();
     let mut ordered = Vec::with_capacity(left.len());
     let mut at = DVec2::ZERO;
-    for pen in pens {
+    for turn in turns {
         let ends = left.iter().enumerate().filter_map(|(index, polyline)| {
-            let polyline = polyline.as_ref().filter(|p| p.pen == pen)?;
+            let polyline = polyline.as_ref().filter(|p| turn_of(p) == turn)?;
             Some((index, *polyline.page.first()?, *polyline.page.last()?))
         });
         let mut grid = Grid::new(ends.collect());
@@ -153,6 +154,7 @@ mod tests {
             surface: 0,
             layer: "iso".into(),
             pen,
+            level: 0,
             visible: true,
             qi: 0,
             certainty: Certainty::Proven,
@@ -192,6 +194,18 @@ mod tests {
         let starts: Vec<_> = ordered.iter().map(|l| (l.pen, l.page[0].x, l.points[1].x)).collect();
         assert_eq!(starts, [(1, 0.0, 4.0), (1, 5.0, 9.0), (2, 2.0, 1.0)]);
         assert!(order(Vec::new()).is_empty());
+    }
+
+    #[test]
+    fn levels_are_drawn_one_after_the_other_with_each_pen() {
+        let p = |x: f64| DVec2::new(x, 1.0);
+        let mut lines: Vec<_> =
+            (0..6).map(|k| line(p(f64::from(k)), p(f64::from(k) + 0.5), 1 + k as u32 % 2)).collect();
+        for (k, l) in lines.iter_mut().enumerate() {
+            l.level = 2 - k as u32 / 2;
+        }
+        let turns: Vec<_> = order(lines).iter().map(|l| (l.pen, l.level)).collect();
+        assert_eq!(turns, [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)]);
     }
 
     #[test]

@@ -115,6 +115,7 @@ impl Recording {
                 surface: 0,
                 layer: "ink".to_owned(),
                 pen: 1,
+                level: 0,
                 visible: true,
                 qi: 0,
                 certainty: Certainty::Tolerance,

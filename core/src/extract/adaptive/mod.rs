@@ -87,7 +87,8 @@ pub(crate) enum Metric {
 /// What adaptive isocurves are to be like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveOptions {
-    /// Largest distance of neighbouring isocurves, screen units, positive; with a tone, where it is darkest.
+    /// Largest distance of neighbouring isocurves, screen units, positive. With a tone, their average distance where it is
+    /// darkest, and twice the smallest, across the curves.
     pub spacing: f64,
     /// Where it is measured.
     pub measured: Spacing,

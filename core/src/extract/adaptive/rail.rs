@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::Metric;
 use crate::bernstein::{Piecewise, Univariate, product};
@@ -105,6 +105,37 @@ impl IsoDistance {
             let (n, d) = squared(&x.points, &y.points, metric);
             above.push((x.t, n));
             below.push((x.t, d));
+        }
+        Self { above: Piecewise::new(above), below: Piecewise::new(below) }
+    }
+
+    /// The squared distance on the screen from the points of `rail` to corresponding ones of `other`, across `rail`: of what
+    /// leads from one to the other the part that is perpendicular to the rail's direction. Where isocurves are skew to what joins
+    /// their corresponding points it is the gap that the eye sees between them. With the direction T, of degree p − 1,
+    /// else T ∝ P′ w − P w′ of degree 2p − 1, it is (V × T)² / (|T|² (w₁ w₂)²), V = P₁ w₂ − P₂ w₁.
+    pub(super) fn across(rail: &Rail, other: &Rail) -> Self {
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        for (x, y) in rail.spans.iter().zip(&other.spans) {
+            let (a, b) = (&x.points, &y.points);
+            let flat = |v: DVec4| v.truncate().truncate();
+            let n = (a.len() - 1) as f64;
+            let slope: Vec<DVec4> = a.windows(2).map(|w| (w[1] - w[0]) * n).collect();
+            let (along, to, weight) = match common_weight(a.iter().chain(b)) {
+                Some(w) => {
+                    let along: Vec<DVec2> = slope.iter().map(|d| flat(*d) / w).collect();
+                    let to: Vec<DVec2> = a.iter().zip(b).map(|(p, q)| (flat(*q) - flat(*p)) / w).collect();
+                    (along, to, Univariate::constant(1.0))
+                }
+                None => {
+                    let along = product(a, &slope, |p: DVec4, d: DVec4| flat(d) * p.w - flat(p) * d.w);
+                    let to = product(a, b, |p: DVec4, q: DVec4| flat(q) * p.w - flat(p) * q.w);
+                    (along, to, Univariate::new(product(a, b, |p: DVec4, q: DVec4| p.w * q.w)))
+                }
+            };
+            let cross = Univariate::new(product(&along, &to, |t: DVec2, v: DVec2| t.perp_dot(v)));
+            let speed = Univariate::new(product(&along, &along, |s: DVec2, t: DVec2| s.dot(t)));
+            above.push((x.t, cross.mul(&cross)));
+            below.push((x.t, speed.mul(&weight.mul(&weight))));
         }
         Self { above: Piecewise::new(above), below: Piecewise::new(below) }
     }
@@ -212,6 +243,21 @@ mod tests {
                 most = most.max(want);
             }
             assert!(distance.maximum() >= most - 1e-12 && distance.maximum() < most + 1e-4);
+        }
+    }
+
+    #[test]
+    fn the_distance_across_is_that_from_the_tangent() {
+        let view = ring();
+        let [rail, other] = [0.2, 0.21].map(|s| Rail::new(&view, 0, Axis::V, s, [0.0, 1.0]));
+        let [line, beside] = [0.2, 0.21].map(|s| Line::new(&view, 0, Axis::V, s, false));
+        let across = IsoDistance::across(&rail, &other);
+        for k in 0..200 {
+            let t = (f64::from(k) + 0.5) / 200.0;
+            let ((p, d), q) = (line.jet(t), beside.point(t));
+            let want = (q - p).truncate().perp_dot(d.truncate().normalize()).abs();
+            let got = libm::sqrt(across.above.eval(t) / across.below.eval(t));
+            assert!((got - want).abs() < 1e-9, "{t}: {got} {want}");
         }
     }
 

@@ -24,6 +24,19 @@ const ROUNDINGS: f64 = 16.0;
 /// of the whole of it.
 const TONE_PARTS: f64 = 8.0;
 
+/// Factor of the density by which a curve is judged that is the middle of a strip, by the strip's index, from 1 down to 1/2:
+/// neighbours differ (van der Corput's sequence), so that, as a place gets darker, the curves of a halving come one after
+/// the other and not all at once.
+///
+/// Of strips of width Δ between curves, those are halved for which Δ r 2⁻ᵇ > 1, with b equally distributed over [0, 1): the
+/// share log₂(Δ r) of them. Curves a length are then (1 + log₂(Δ r)) / Δ, which is r at both ends of the range 1 ≤ Δ r ≤ 2, where
+/// the curves of the next halving begin, and up to 6 % more between: ink covers r times the width of the pen. No gap is
+/// narrower than half of 1/r.
+fn stagger(index: u64) -> f64 {
+    let fraction = index.reverse_bits() as f64 / libm::exp2(64.0);
+    libm::exp2(-fraction)
+}
+
 /// The inverse of the wanted spacing along a strip.
 #[derive(Clone, Debug)]
 enum Density {
@@ -69,6 +82,8 @@ pub(super) struct Strips<'a> {
 /// A strip: the isocurves at the ends of `s` over one interval, and their distance.
 struct Strip<'a> {
     s: [f64; 2],
+    /// Which of as many equal parts of the domain.
+    index: u64,
     rails: [&'a Rail; 2],
     distance: IsoDistance,
 }
@@ -102,7 +117,7 @@ impl<'a> Strips<'a> {
         self.stats.curves = 2;
         let (s, t) = domain(&self.g, self.surface, self.axis);
         let [a, b] = s.map(|s| self.rail(s, t));
-        let strip = self.strip(s, [&a, &b]);
+        let strip = self.strip(s, 0, [&a, &b]);
         self.divide(&strip);
         Cover { pieces: self.pieces, stats: self.stats }
     }
@@ -113,9 +128,12 @@ impl<'a> Strips<'a> {
         let (ends, _) = domain(&self.g, self.surface, self.axis);
         let middle = 0.5 * (ends[0] + ends[1]);
         let [own, other] = [s, middle].map(|s| self.rail(s, t));
-        let density = self.density(&[s], &own);
-        let strip =
-            if s < middle { self.strip([s, middle], [&own, &other]) } else { self.strip([middle, s], [&other, &own]) };
+        let density = self.density(&[s], &own, 1.0);
+        let strip = if s < middle {
+            self.strip([s, middle], 0, [&own, &other])
+        } else {
+            self.strip([middle, s], 0, [&other, &own])
+        };
         self.exceeding(&strip, &density, 1.0)
     }
 
@@ -123,9 +141,9 @@ impl<'a> Strips<'a> {
         Rail::new(self.g.view, self.surface, self.axis, s, t)
     }
 
-    fn strip<'r>(&mut self, s: [f64; 2], rails: [&'r Rail; 2]) -> Strip<'r> {
+    fn strip<'r>(&mut self, s: [f64; 2], index: u64, rails: [&'r Rail; 2]) -> Strip<'r> {
         self.stats.distances += 1;
-        Strip { s, rails, distance: IsoDistance::new(rails[0], rails[1], self.metric) }
+        Strip { s, index, rails, distance: IsoDistance::new(rails[0], rails[1], self.metric) }
     }
 
     /// Introduces the middle isocurve wherever the strip is too wide, and goes on with the strips on both sides of it.
@@ -141,10 +159,11 @@ impl<'a> Strips<'a> {
             if between.length_bound().max(a.length_bound()).max(b.length_bound()) <= self.options.shortest {
                 continue;
             }
-            let lower = self.strip([strip.s[0], middle], [&a, &between]);
+            let index = strip.index.wrapping_mul(2);
+            let lower = self.strip([strip.s[0], middle], index, [&a, &between]);
             self.divide(&lower);
-            self.ink(strip, middle, &between);
-            let upper = self.strip([middle, strip.s[1]], [&between, &b]);
+            self.ink(strip, middle, [&a, &between, &b]);
+            let upper = self.strip([middle, strip.s[1]], index.wrapping_add(1), [&between, &b]);
             self.divide(&upper);
         }
     }
@@ -159,8 +178,25 @@ impl<'a> Strips<'a> {
                 return alloc::vec![whole];
             }
         }
-        let density = self.density(&[strip.s[0], middle, strip.s[1]], strip.rails[0]);
+        let density = self.density(&[strip.s[0], middle, strip.s[1]], strip.rails[0], 1.0);
         self.exceeding(strip, &density, 1.0)
+    }
+
+    /// Where a distance is more than `scale` times the wanted one.
+    fn farther(&self, distance: &IsoDistance, density: &Density, scale: f64) -> Vec<[f64; 2]> {
+        let IsoDistance { above, below } = distance;
+        // Δ² r² − 1, times the denominator, with r the inverse of the wanted distance.
+        let scaled = density.times(&density.times(above)).scaled(1.0 / (scale * scale));
+        // At Δ = 1 / r, where the sign matters, Δ² is known to 2 Δ times the rounding of a distance; and the
+        // coefficients of the numerator to some 50 roundings of their own size.
+        let blurred = self.blurred(density, scale);
+        let noise = (2.0 * blurred + blurred * blurred) * below.magnitude() + 1e-14 * scaled.magnitude();
+        scaled.sub(below).positive(noise)
+    }
+
+    /// Rounding of a distance in units of the smallest wanted one.
+    fn blurred(&self, density: &Density, scale: f64) -> f64 {
+        self.rounding * density.most() / scale
     }
 
     /// Where the rails are more than `scale` times the wanted distance apart, or the surface between them bends away from
@@ -171,14 +207,8 @@ impl<'a> Strips<'a> {
         if most <= 0.0 {
             return Vec::new();
         }
-        let IsoDistance { above, below } = &strip.distance;
-        // Δ² r² − 1, times the denominator, with r the inverse of the wanted distance.
-        let scaled = density.times(&density.times(above)).scaled(1.0 / (scale * scale));
-        // At Δ = 1 / r, where the sign matters, Δ² is known to 2 Δ times the rounding of a distance; and the
-        // coefficients of the numerator to some 50 roundings of their own size.
-        let blurred = self.rounding * most;
-        let noise = (2.0 * blurred + blurred * blurred) * below.magnitude() + 1e-14 * scaled.magnitude();
-        let far = scaled.sub(below).positive(noise);
+        let far = self.farther(&strip.distance, density, scale);
+        let blurred = self.blurred(density, scale);
         let mut bent = Vec::new();
         for t in complement(whole, &far) {
             self.stats.ruled_tests += 1;
@@ -191,44 +221,50 @@ impl<'a> Strips<'a> {
         union(&far, &bent)
     }
 
-    /// The density of the isocurves over a rail, the largest at some constant parameters.
-    fn density(&self, s: &[f64], rail: &Rail) -> Density {
+    /// The inverse of the wanted distance over a rail, times `share`: the largest at some constant parameters.
+    fn density(&self, s: &[f64], rail: &Rail, share: f64) -> Density {
         let spacing = self.options.spacing;
         let Some(shade) = self.shade else { return Density::Even(1.0 / spacing) };
         let at = |t: f64| {
             let uv = |s: f64| if self.axis == Axis::U { DVec2::new(s, t) } else { DVec2::new(t, s) };
-            s.iter().map(|&s| shade.density(&self.g, self.surface, uv(s), spacing)).fold(0.0, f64::max)
+            let darkness = s.iter().map(|&s| shade.darkness(&self.g, self.surface, uv(s))).fold(0.0, f64::max);
+            share * darkness / spacing
         };
         let line = Piecewise::linear(&followed(rail, DENSITY_STEP / spacing, &at));
         let most = line.magnitude();
         Density::Shaded(line, most)
     }
 
-    /// Records the parts of the middle isocurve of a strip that are wanted, by levels: the coarsest level at which the
-    /// strip is too wide without it.
-    fn ink(&mut self, strip: &Strip<'_>, s: f64, between: &Rail) {
+    /// Records the parts of the middle isocurve of a strip that are wanted, by levels. Evenly spaced, that is all of it, and
+    /// its level is the coarsest at which the strip is too wide.
+    fn ink(&mut self, strip: &Strip<'_>, s: f64, [a, between, b]: [&Rail; 3]) {
         let Some(whole) = between.domain() else { return };
-        let density = self.density(&[s], between);
-        let [a, b] = strip.rails.map(|r| r.cut(whole));
-        let distance = IsoDistance {
-            above: strip.distance.above.restricted(whole),
-            below: strip.distance.below.restricted(whole),
-        };
-        let part = Strip { s: strip.s, rails: [&a, &b], distance };
         let finest = self.options.levels.max(1) - 1;
-        let wanted = match self.shade {
-            // What divides a strip evenly is what is wanted of the curve.
-            None => alloc::vec![whole],
-            Some(_) => self.exceeding(&part, &density, 1.0),
-        };
-        let mut coarser: Vec<[f64; 2]> = Vec::new();
-        for level in 0..=finest {
-            let reached = if level == finest {
-                wanted.clone()
-            } else {
-                let scale = libm::exp2(f64::from(finest - level));
-                intersection(&self.exceeding(&part, &density, scale), &wanted)
+        let mut wanted: Vec<Vec<[f64; 2]>> = Vec::new();
+        if self.shade.is_some() {
+            let density = self.density(&[s], between, stagger(strip.index));
+            let gaps = [a, b].map(|side| IsoDistance::across(between, side));
+            for level in 0..=finest {
+                // The gap is half of what it was before: half of the wanted distance.
+                let scale = 0.5 * libm::exp2(f64::from(finest - level));
+                let [x, y] = gaps.each_ref().map(|gap| self.farther(gap, &density, scale));
+                wanted.push(intersection(&x, &y));
+            }
+        } else {
+            let distance = IsoDistance {
+                above: strip.distance.above.restricted(whole),
+                below: strip.distance.below.restricted(whole),
             };
+            let part = Strip { s: strip.s, index: strip.index, rails: [a, b], distance };
+            let density = Density::Even(1.0 / self.options.spacing);
+            for level in 0..finest {
+                let scale = libm::exp2(f64::from(finest - level));
+                wanted.push(self.exceeding(&part, &density, scale));
+            }
+            wanted.push(alloc::vec![whole]);
+        }
+        let mut coarser: Vec<[f64; 2]> = Vec::new();
+        for (level, reached) in (0..).zip(wanted) {
             for piece in reached.iter().flat_map(|t| complement(*t, &coarser)) {
                 self.record(s, piece, level, between);
             }

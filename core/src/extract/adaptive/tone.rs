@@ -1,4 +1,4 @@
-//! How dense isocurves are to be: evenly, or after the light.
+//! How much ink a place is to get.
 
 use glam::{DVec2, DVec3};
 
@@ -39,16 +39,14 @@ impl Shade {
         }
     }
 
-    /// The inverse of the distance at which isocurves are to be divided at a place, for `spacing` where it is darkest: 0
-    /// in highlights. Coverage by ink is proportional to it.
-    pub(super) fn density(&self, g: &Geometry<'_>, surface: usize, uv: DVec2, spacing: f64) -> f64 {
-        let dark = self.darkness(g, surface, uv);
+    /// How dark a place is to be, from 0 in highlights to 1: in proportion to the share of the paper that ink covers.
+    pub(super) fn darkness(&self, g: &Geometry<'_>, surface: usize, uv: DVec2) -> f64 {
+        let dark = self.plain(g, surface, uv);
         // A flat tone has no highlights: it is as dark as was asked for.
-        let dark = if matches!(self, Self::Flat(_)) { dark } else { (dark - HIGHLIGHT) / (1.0 - HIGHLIGHT) };
-        dark.max(0.0) / spacing
+        if matches!(self, Self::Flat(_)) { dark } else { ((dark - HIGHLIGHT) / (1.0 - HIGHLIGHT)).max(0.0) }
     }
 
-    fn darkness(&self, g: &Geometry<'_>, surface: usize, uv: DVec2) -> f64 {
+    fn plain(&self, g: &Geometry<'_>, surface: usize, uv: DVec2) -> f64 {
         match self {
             Self::Flat(darkness) => *darkness,
             Self::Lambert(light) => 1.0 - lambert(g.view, surface, uv, *light),
@@ -109,8 +107,8 @@ mod tests {
                 };
                 let side = if seen { normal } else { -normal };
                 let dark = 1.0 - side.dot(in_model).max(0.0);
-                let want = ((dark - HIGHLIGHT) / (1.0 - HIGHLIGHT)).max(0.0) / 0.25;
-                assert!((shade.density(&g, 0, uv, 0.25) - want).abs() < 1e-9, "{uv}");
+                let want = ((dark - HIGHLIGHT) / (1.0 - HIGHLIGHT)).max(0.0);
+                assert!((shade.darkness(&g, 0, uv) - want).abs() < 1e-9, "{uv}");
             }
         }
     }
@@ -126,7 +124,7 @@ mod tests {
         let at = |z: f64| {
             let v = (0..=1000).map(|k| DVec2::new(0.3, f64::from(k) / 1000.0));
             let off = |uv: &DVec2| (view.model_point(0, *uv).z - z).abs();
-            shade.density(&g, 0, v.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap(), 1.0)
+            shade.darkness(&g, 0, v.min_by(|a, b| off(a).total_cmp(&off(b))).unwrap())
         };
         assert!(at(1.0) > 0.99 && at(-0.9) == 0.0 && at(0.5) > at(0.0));
     }

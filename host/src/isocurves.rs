@@ -1,0 +1,148 @@
+//! Which isocurves are drawn: so many a direction, or as many as cover the surfaces evenly or after a tone.
+
+use glam::DVec3;
+use penvis_core::extract::adaptive::{AdaptiveOptions, Direction, Spacing, Tone};
+
+use crate::args::DrawingArgs;
+use crate::options::{OptionError, bad, direction};
+use crate::page::Layout;
+
+/// Most isocurves a direction. More would not be told apart on paper.
+const MOST: u32 = 1000;
+
+/// Isocurves a direction when nothing is asked for.
+const DEFAULT: u32 = 8;
+
+/// Smallest spacing in mm: a tenth of what the finest pens draw.
+const FINEST_MM: f64 = 0.01;
+
+/// Most levels. Spacing doubles with each, and the coarsest of 16 is 32,768 times the finest.
+const MOST_LEVELS: u32 = 16;
+
+/// Curves shorter than this share of the spacing are left out: a pen makes dots of them.
+const SHORTEST: f64 = 0.25;
+
+/// The isocurves of a drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Isocurves {
+    /// None.
+    Omitted,
+    /// So many a direction and surface, equally far apart in the parameter.
+    Uniform(u32),
+    /// Adaptive ones.
+    Adaptive(Adaptive),
+}
+
+/// Adaptive isocurves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Largest distance between neighbours in mm; with a tone, where it is darkest.
+    pub spacing_mm: f64,
+    /// Where it is measured.
+    pub measured: Spacing,
+    /// Which isocurves.
+    pub direction: Direction,
+    /// What makes the spacing wider.
+    pub tone: Option<Tone>,
+    /// Layers, coarse to fine.
+    pub levels: u32,
+}
+
+impl Isocurves {
+    /// Checks the arguments; `inked` tells whether isocurves are among the kinds to be drawn.
+    ///
+    /// # Errors
+    /// [`OptionError`] with the option and what it takes.
+    pub fn new(args: &DrawingArgs, light: DVec3, inked: bool) -> Result<Self, OptionError> {
+        let count = args.iso.unwrap_or(DEFAULT);
+        if count > MOST {
+            return Err(bad("--iso", count, format!("is too many; give {MOST} at most")));
+        }
+        let adaptive = Adaptive::new(args, light)?;
+        Ok(match adaptive {
+            _ if !inked => Self::Omitted,
+            Some(adaptive) => Self::Adaptive(adaptive),
+            None if count == 0 => Self::Omitted,
+            None => Self::Uniform(count),
+        })
+    }
+
+    /// Uniform isocurves a direction; 0 for none and for adaptive ones.
+    #[must_use]
+    pub fn uniform(&self) -> u32 {
+        if let Self::Uniform(n) = self { *n } else { 0 }
+    }
+}
+
+impl Adaptive {
+    fn new(args: &DrawingArgs, light: DVec3) -> Result<Option<Self>, OptionError> {
+        let measured = match args.iso_metric.as_str() {
+            "paper" => Spacing::Screen,
+            "surface" => Spacing::Surface,
+            other => return Err(bad("--iso-metric", other, "is not one of paper, surface")),
+        };
+        let direction = match args.iso_direction.as_str() {
+            "u" => Direction::U,
+            "v" => Direction::V,
+            "both" => Direction::Both,
+            "auto" => Direction::Auto,
+            other => return Err(bad("--iso-direction", other, "is not one of u, v, both, auto")),
+        };
+        let levels = args.iso_levels;
+        if !(1..=MOST_LEVELS).contains(&levels) {
+            return Err(bad("--iso-levels", levels, format!("is not a number of layers; give 1 to {MOST_LEVELS}")));
+        }
+        if let Some(mm) = args.iso_spacing
+            && !(mm.is_finite() && mm >= FINEST_MM)
+        {
+            return Err(bad("--iso-spacing", mm, format!("is not a spacing in mm; give {FINEST_MM} or more")));
+        }
+        let tone = args.shade.as_deref().map(|text| tone(text, light)).transpose()?;
+        let spacing_mm = match (args.iso_spacing, tone) {
+            (Some(mm), _) => mm,
+            // Neighbours are between half the spacing and all of it apart: not nearer than the pen is wide.
+            (None, Some(_)) => (2.0 * args.pen_width).max(FINEST_MM),
+            (None, None) => {
+                return match args {
+                    _ if levels != 1 => Err(bad("--iso-levels", levels, NEEDS_SPACING)),
+                    _ if direction != Direction::Auto => {
+                        Err(bad("--iso-direction", &args.iso_direction, NEEDS_SPACING))
+                    }
+                    _ if measured != Spacing::Screen => Err(bad("--iso-metric", &args.iso_metric, NEEDS_SPACING)),
+                    _ => Ok(None),
+                };
+            }
+        };
+        Ok(Some(Self { spacing_mm, measured, direction, tone, levels }))
+    }
+
+    /// The same in units of the screen.
+    #[must_use]
+    pub fn on_screen(&self, layout: &Layout) -> AdaptiveOptions {
+        let spacing = layout.to_screen_length(self.spacing_mm);
+        let Self { measured, direction, tone, levels, .. } = *self;
+        AdaptiveOptions { spacing, measured, direction, tone, levels, shortest: SHORTEST * spacing }
+    }
+}
+
+/// What is wrong with an option of adaptive isocurves alone.
+const NEEDS_SPACING: &str = "goes with --iso-spacing or --shade; give one of them";
+
+fn tone(text: &str, light: DVec3) -> Result<Tone, OptionError> {
+    match text {
+        "lambert" => Ok(Tone::Lambert(light)),
+        "depth" => Ok(Tone::Depth),
+        _ => match text.parse() {
+            Ok(darkness) if (0.0..=1.0).contains(&darkness) => Ok(Tone::Flat(darkness)),
+            _ => Err(bad("--shade", text, "is neither lambert nor depth nor a darkness from 0 to 1")),
+        },
+    }
+}
+
+/// The direction to the light.
+///
+/// # Errors
+/// If it is not a direction.
+pub fn light(args: &DrawingArgs) -> Result<DVec3, OptionError> {
+    direction("--light", &args.light)
+}
