@@ -28,6 +28,8 @@ pub struct Stats {
     pub silhouette: SilhouetteStats,
     /// Extraction of sections.
     pub section: SectionStats,
+    /// Adaptive isocurves.
+    pub isocurves: IsocurveStats,
     /// Splitting.
     pub arrange: ArrangeStats,
     /// Visibility.
@@ -136,6 +138,17 @@ pub struct UndecidedPlace {
     pub at: [f64; 3],
     /// Diagonal of the part's box, model units.
     pub size: f64,
+}
+
+/// Adaptive isocurves.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct IsocurveStats {
+    /// Isocurves, hidden parts included, with the two at the ends of each surface.
+    pub curves: u64,
+    /// Distances of pairs of them that were formed.
+    pub distances: u64,
+    /// Strips between two of them that were held against the ruled surface.
+    pub ruled_tests: u64,
 }
 
 /// Splitting.
@@ -250,6 +263,11 @@ impl Stats {
                 undecided_places: core.silhouette_undecided.iter().map(place).collect(),
             },
             section: SectionStats { undecided_places: core.section_undecided.iter().map(place).collect() },
+            isocurves: IsocurveStats {
+                curves: core.adaptive.curves,
+                distances: core.adaptive.distances,
+                ruled_tests: core.adaptive.ruled_tests,
+            },
             arrange: ArrangeStats {
                 curves: arrange.curves,
                 pairs_near: arrange.pairs_near,

@@ -282,3 +282,31 @@ fn the_number_of_cores_changes_no_byte() {
         assert_eq!(drawn("1"), drawn("3"), "{way}");
     }
 }
+
+#[test]
+fn isocurves_are_as_far_apart_as_asked_and_come_in_layers() {
+    let folder = folder_with(&model());
+    let words = "draw model.json -o a.json -o a.svg -o a.gcode --stats s.json --iso-spacing 2 --iso-levels 3 \
+                 --iso-direction v --curves boundary,iso";
+    let done = penvis(folder.path(), words);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let read = |name: &str| -> Value { serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap() };
+    let (drawing, stats) = (read("a.json"), read("s.json"));
+    assert_eq!(drawing["isos"], 0);
+    let mut layers: Vec<String> =
+        drawing["polylines"].as_array().unwrap().iter().map(|p| p["layer"].as_str().unwrap().to_owned()).collect();
+    layers.dedup();
+    assert_eq!(layers, ["boundary", "iso-1", "iso-2", "iso-3"]);
+    let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert!(svg.contains("inkscape:label=\"iso-2\""));
+    let [curves, distances] = ["curves", "distances"].map(|key| stats["isocurves"][key].as_u64().unwrap());
+    assert!(curves > 60, "{curves}");
+    assert_eq!(distances, 2 * curves - 3);
+
+    let shaded = penvis(folder.path(), "draw model.json -o b.json --shade lambert --light 1,0,1 --pen-width 0.5");
+    assert!(shaded.status.success(), "{}", String::from_utf8_lossy(&shaded.stderr));
+    assert!(!read("b.json")["polylines"].as_array().unwrap().is_empty());
+
+    let both = penvis(folder.path(), "draw model.json -o b.json --iso 4 --iso-spacing 1");
+    assert!(String::from_utf8_lossy(&both.stderr).contains("cannot be used with"));
+}

@@ -31,7 +31,7 @@ fn stages(c: &mut Criterion) {
             b.iter(|| prepared.trace(tolerance, &()).expect("nothing stops it"))
         });
         group.bench_function("lay out", |b| {
-            b.iter(|| lay_out(black_box(&traced.strokes), &layout, Hidden::Omit, Depths::Together));
+            b.iter(|| lay_out(black_box(&traced.strokes), &layout, Hidden::Omit, Depths::Together, None));
         });
         group.finish();
     }

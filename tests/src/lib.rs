@@ -1,6 +1,7 @@
 //! What crosses the crates of penvis: means to check the whole against something that shares no code with it.
 
 pub mod agreement;
+pub mod cover;
 pub mod ink;
 pub mod oracle;
 pub mod plotter;

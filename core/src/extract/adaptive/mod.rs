@@ -120,7 +120,8 @@ pub struct IsoPiece {
 /// What was counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AdaptiveStats {
-    /// Isocurves: pieces introduced, and the ends of the domains between which they were.
+    /// Isocurves between which the surfaces were held: the ends of each domain, and those introduced between them, of which a
+    /// tone may leave little or nothing.
     pub curves: u64,
     /// Distances of pairs of isocurves that were formed.
     pub distances: u64,

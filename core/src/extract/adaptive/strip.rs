@@ -159,6 +159,7 @@ impl<'a> Strips<'a> {
             if between.length_bound().max(a.length_bound()).max(b.length_bound()) <= self.options.shortest {
                 continue;
             }
+            self.stats.curves += 1;
             let index = strip.index.wrapping_mul(2);
             let lower = self.strip([strip.s[0], middle], index, [&a, &between]);
             self.divide(&lower);
@@ -275,7 +276,6 @@ impl<'a> Strips<'a> {
     /// Records a piece of an isocurve unless it is too short to be more than a dot.
     fn record(&mut self, s: f64, t: [f64; 2], level: u32, rail: &Rail) {
         if t[0] < t[1] && rail.cut(t).length_bound() > self.options.shortest {
-            self.stats.curves += 1;
             self.pieces.push(IsoPiece { surface: self.surface, axis: self.axis, value: s, t, level });
         }
     }
