@@ -486,13 +486,14 @@ mod tests {
             keys.sort();
             keys.join(" ")
         };
-        assert_eq!(keys(""), "arrange estimate_s model peak_bytes seconds section silhouette strokes visibility");
+        assert_eq!(keys(""), "arrange estimate_s isocurves model peak_bytes seconds section silhouette strokes visibility");
         assert_eq!(keys("/model"), "patches surfaces trims");
         assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");
         assert_eq!(
             keys("/silhouette"),
             "cells components crossings cusps depth_max loops secant_max secant_mean undecided undecided_places"
         );
+        assert_eq!(keys("/isocurves"), "curves distances ruled_tests");
         assert_eq!(keys("/arrange"), "crossings curves newton overlaps pairs_near pieces subdivisions");
         assert_eq!(keys("/visibility"), "disagreements propagated proven rays_active rays_passive tolerance undecided");
         assert_eq!(keys("/strokes"), "count ink_mm lifts points travel_mm");

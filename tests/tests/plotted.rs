@@ -76,6 +76,12 @@ fn linked_tori_are_drawn_as_they_should() {
     is_faithful(&["linked_tori"], 1000.0);
 }
 
+/// Isocurves that end at one outline are drawn on along it.
+#[test]
+fn a_shaded_pawn_is_drawn_as_it_should() {
+    is_faithful(&["pawn", "--shade", "lambert", "--iso-levels", "2", "--paper", "a5"], 1000.0);
+}
+
 /// A page that fits only when turned: what is compared has been turned and turned back.
 #[test]
 fn a_turned_page_is_drawn_as_it_should() {
