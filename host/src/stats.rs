@@ -486,7 +486,10 @@ mod tests {
             keys.sort();
             keys.join(" ")
         };
-        assert_eq!(keys(""), "arrange estimate_s isocurves model peak_bytes seconds section silhouette strokes visibility");
+        assert_eq!(
+            keys(""),
+            "arrange estimate_s isocurves model peak_bytes seconds section silhouette strokes visibility"
+        );
         assert_eq!(keys("/model"), "patches surfaces trims");
         assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");
         assert_eq!(

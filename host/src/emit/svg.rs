@@ -17,8 +17,8 @@ pub(super) fn ink(pen: u32) -> [u8; 3] {
     INKS[pen.saturating_sub(1) as usize % INKS.len()]
 }
 
-/// The drawing as SVG: user units are mm, one group for each layer and pen in order of first appearance, one path for each
-/// polyline, round ends, strokes of `pen_width_mm`.
+/// The drawing as SVG: user units are mm, one group for each layer and pen in order of first appearance, one path for what is
+/// drawn without lifting the pen, round ends, strokes of `pen_width_mm`.
 #[must_use]
 pub fn svg(drawing: &Drawing, pen_width_mm: f64) -> String {
     let (width, height) = (decimal(drawing.page.width_mm, 4), decimal(drawing.page.height_mm, 4));
@@ -39,8 +39,9 @@ pub fn svg(drawing: &Drawing, pen_width_mm: f64) -> String {
             k + 1,
             decimal(pen_width_mm, 4)
         );
-        for polyline in drawing.polylines.iter().filter(|p| p.layer == layer && p.pen == pen) {
-            path(&mut text, polyline, drawing.page.height_mm);
+        let polylines: Vec<&Polyline> = drawing.polylines.iter().filter(|p| p.layer == layer && p.pen == pen).collect();
+        for stroke in polylines.chunk_by(|a, b| a.page.last() == b.page.first()) {
+            path(&mut text, stroke, drawing.page.height_mm);
         }
         text.push_str("</g>\n");
     }
@@ -59,9 +60,11 @@ fn groups(drawing: &Drawing) -> Vec<(&str, u32)> {
     groups
 }
 
-fn path(text: &mut String, polyline: &Polyline, height_mm: f64) {
+/// A path along polylines each of which begins where the one before it ends.
+fn path(text: &mut String, stroke: &[&Polyline], height_mm: f64) {
     text.push_str("<path d=\"");
-    for (k, p) in polyline.page.iter().enumerate() {
+    let points = stroke.iter().enumerate().flat_map(|(k, p)| p.page.iter().skip(usize::from(k > 0)));
+    for (k, p) in points.enumerate() {
         let command = match k {
             0 => "M",
             1 => "L",
@@ -102,6 +105,7 @@ mod tests {
             polyline(Boundary, 1, &[[0.0, 0.0], [10.0, 0.0], [10.0, 20.12345]]),
             polyline(Iso, 2, &[[1.0, 1.0], [2.0, 2.0]]),
             polyline(Boundary, 1, &[[5.0, 50.0], [5.5, 50.0]]),
+            polyline(Boundary, 1, &[[5.5, 50.0], [5.5, 49.0]]),
         ];
         let mut drawing = drawing(100.0, 50.0, lines);
         drawing.name = "a<b & \"c\"\u{1}".into();
@@ -110,7 +114,7 @@ mod tests {
 <title>a&lt;b &amp; &quot;c&quot; </title>
 <g inkscape:groupmode="layer" inkscape:label="boundary" id="layer1" fill="none" stroke="#000000" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
 <path d="M0,50L10,50 10,29.877"/>
-<path d="M5,0L5.5,0"/>
+<path d="M5,0L5.5,0 5.5,1"/>
 </g>
 <g inkscape:groupmode="layer" inkscape:label="iso" id="layer2" fill="none" stroke="#c82828" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
 <path d="M1,49L2,48"/>

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use penvis_core::stroke::CurveKind;
 
 use crate::drawing::Polyline;
@@ -16,44 +16,18 @@ const LONGEST_MM: f64 = 10.0;
 /// Side of a cell in mm.
 const CELL_MM: f64 = 2.0;
 
-/// Joins each isocurve to the one drawn next, of the same pen and level, if the end of the one and the beginning of the other lie in the
-/// ink of one outline, a line of `pen_width_mm`, and the way along it is less than twice the straight way, but for the width
-/// of the pen. No ink is added where there is none. Isocurves of one surface and layer become one polyline; others end
-/// where the next begins.
+/// Joins each isocurve to the one drawn next, of the same pen and level, if the end of the one and the beginning of the other
+/// lie in the ink of one outline, a line of `pen_width_mm`, and the way along it is less than twice the straight way, but for
+/// the width of the pen. A join is a polyline of its own between the two, part of the outline on the isocurves' layer; no ink is
+/// added where there is none.
 ///
 /// Cost: linear in the vertices, as long as few outlines share a place.
 #[must_use]
 pub fn join(polylines: Vec<Polyline>, pen_width_mm: f64) -> Vec<Polyline> {
     let outlines = Outlines::new(&polylines);
-    let mut ways =
-        polylines.windows(2).map(|w| outlines.way(&w[0], &w[1], pen_width_mm)).collect::<Vec<_>>().into_iter();
-    let mut joined: Vec<Polyline> = Vec::with_capacity(polylines.len());
-    for (k, next) in polylines.into_iter().enumerate() {
-        let way = if k == 0 { None } else { ways.next().flatten() };
-        match (way, joined.last_mut()) {
-            (Some(way), Some(last)) => {
-                last.page.extend(way.page);
-                last.points.extend(way.points);
-                if last.surface == next.surface && last.layer == next.layer {
-                    last.page.extend(next.page);
-                    last.points.extend(next.points);
-                    last.certainty = last.certainty.max(next.certainty);
-                } else {
-                    last.page.extend(next.page.first());
-                    last.points.extend(next.points.first());
-                    joined.push(next);
-                }
-            }
-            _ => joined.push(next),
-        }
-    }
-    joined
-}
-
-/// Vertices of an outline between two places on it.
-struct Way {
-    page: Vec<DVec2>,
-    points: Vec<glam::DVec3>,
+    let ways: Vec<Option<Polyline>> =
+        polylines.windows(2).map(|w| outlines.way(&w[0], &w[1], pen_width_mm)).chain([None]).collect();
+    polylines.into_iter().zip(ways).flat_map(|(line, way)| [Some(line), way]).flatten().collect()
 }
 
 /// A place on an outline.
@@ -61,6 +35,8 @@ struct Way {
 struct Foot {
     outline: usize,
     segment: usize,
+    /// Share of the segment before it.
+    share: f64,
     /// Length of the outline before it in mm.
     along: f64,
     /// Distance from it in mm.
@@ -105,7 +81,7 @@ impl<'a> Outlines<'a> {
             let share = if d == DVec2::ZERO { 0.0 } else { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
             let off = (p - a - d * share).length();
             let along = self.lengths[&outline][segment] + share * d.length();
-            let foot = Foot { outline, segment, along, off };
+            let foot = Foot { outline, segment, share, along, off };
             match feet.iter_mut().find(|f| f.outline == outline) {
                 Some(known) if off < known.off => *known = foot,
                 Some(_) => {}
@@ -117,7 +93,8 @@ impl<'a> Outlines<'a> {
     }
 
     /// The way from the end of one polyline to the beginning of the next along an outline.
-    fn way(&self, from: &Polyline, to: &Polyline, pen_width_mm: f64) -> Option<Way> {
+    fn way(&self, from: &Polyline, to: &Polyline, pen_width_mm: f64) -> Option<Polyline> {
+        let before = from;
         let isocurves = [from, to].iter().all(|p| p.kind == CurveKind::Iso && p.visible);
         if !isocurves || (from.pen, from.level) != (to.pen, to.level) {
             return None;
@@ -132,7 +109,18 @@ impl<'a> Outlines<'a> {
         let pairs = feet.iter().flat_map(|f| others.iter().filter(|o| o.outline == f.outline).map(move |o| (f, o)));
         let ways = pairs.map(|(f, o)| (self.round(f, o), f, o));
         let ((length, over_start), from, to) = ways.min_by(|x, y| x.0.0.total_cmp(&y.0.0))?;
-        (length <= most).then(|| self.between(from, to, over_start))
+        if length > most {
+            return None;
+        }
+        let outline = &self.polylines[from.outline];
+        let order = self.between(from, to, over_start);
+        let (mut page, mut points) = (vec![a], vec![self.point(from)]);
+        page.extend(order.iter().map(|&k| outline.page[k]));
+        points.extend(order.iter().map(|&k| outline.points[k]));
+        page.push(b);
+        points.push(self.point(to));
+        let Polyline { layer, pen, level, .. } = before.clone();
+        Some(Polyline { layer, pen, level, page, points, ..outline.clone() })
     }
 
     /// Length of the way between two places of one outline, and whether the shorter one goes over the beginning of a
@@ -145,12 +133,18 @@ impl<'a> Outlines<'a> {
         if closed && whole - inner < inner { (whole - inner, true) } else { (inner, false) }
     }
 
-    fn between(&self, from: &Foot, to: &Foot, over_start: bool) -> Way {
-        let line = &self.polylines[from.outline];
-        let count = line.page.len();
+    /// A place on an outline in model space.
+    fn point(&self, foot: &Foot) -> DVec3 {
+        let points = &self.polylines[foot.outline].points;
+        points[foot.segment].lerp(points[foot.segment + 1], foot.share)
+    }
+
+    /// The vertices of an outline between two places on it, in order.
+    fn between(&self, from: &Foot, to: &Foot, over_start: bool) -> Vec<usize> {
+        let count = self.polylines[from.outline].page.len();
         let forward = from.along <= to.along;
         let (low, high) = if forward { (from, to) } else { (to, from) };
-        // Vertices in the order from the lower place to the higher one, or round the other way.
+        // In the order from the lower place to the higher one, or round the other way.
         let mut order: Vec<usize> = if over_start {
             // The first vertex is the last again.
             (0..=low.segment).rev().chain((high.segment + 1..count - 1).rev()).collect()
@@ -160,10 +154,7 @@ impl<'a> Outlines<'a> {
         if !forward {
             order.reverse();
         }
-        Way {
-            page: order.iter().map(|&k| line.page[k]).collect(),
-            points: order.iter().map(|&k| line.points[k]).collect(),
-        }
+        order
     }
 }
 
@@ -196,58 +187,61 @@ mod tests {
         (0..20).map(rung).collect()
     }
 
+    /// The joins among polylines: what is on the layer of isocurves and is none.
+    fn joins(lines: Vec<Polyline>, pen_width_mm: f64) -> Vec<Polyline> {
+        let joined = join(lines, pen_width_mm);
+        for w in joined.windows(3).filter(|w| w[1].layer == "iso" && w[1].kind != Iso) {
+            assert_eq!((w[0].page.last(), w[1].page.last()), (w[1].page.first(), w[2].page.first()));
+            assert_eq!(w[1].page.len(), w[1].points.len());
+        }
+        joined.into_iter().filter(|p| p.layer == "iso" && p.kind != Iso).collect()
+    }
+
+    fn with_frame(lines: Vec<Polyline>) -> Vec<Polyline> {
+        [vec![frame()], lines].concat()
+    }
+
     #[test]
-    fn lines_between_two_outlines_become_one_stroke() {
-        let joined = join([vec![frame()], rungs()].concat(), 0.3);
-        assert_eq!(joined.len(), 2);
-        assert_eq!(joined[1].page.len(), 40);
-        assert_eq!(joined[1].page[2], DVec2::new(20.0, 2.0));
-        assert_eq!(joined[1].points.len(), 40);
+    fn lines_between_two_outlines_are_drawn_without_a_lift() {
+        let drawing = crate::emit::tests::drawing(100.0, 100.0, join(with_frame(rungs()), 0.3));
+        let runs = crate::emit::runs(&drawing, 0.001, |p| p);
+        assert_eq!(runs.len(), 2);
+        assert_eq!(runs[1].points.len(), 40);
+        assert_eq!(runs[1].points[2], [20_000, 2000]);
+        let found = joins(with_frame(rungs()), 0.3);
+        assert_eq!(found.len(), 19);
+        for j in &found {
+            assert_eq!(j.kind, Boundary);
+            assert!(j.points.iter().zip(&j.page).all(|(q, p)| q.distance(p.extend(0.5)) < 1e-12));
+        }
     }
 
     #[test]
     fn a_join_goes_round_the_corner_of_the_outline() {
-        let lines =
-            vec![frame(), polyline(Iso, 1, &[[5.0, 5.0], [0.1, 1.0]]), polyline(Iso, 1, &[[1.5, 0.0], [5.0, 4.0]])];
-        let joined = join(lines, 0.3);
-        assert_eq!(joined.len(), 2);
+        let lines = vec![polyline(Iso, 1, &[[5.0, 5.0], [0.1, 1.0]]), polyline(Iso, 1, &[[1.5, 0.0], [5.0, 4.0]])];
         // Over the corner, which is where the outline begins and ends.
-        let want = [[5.0, 5.0], [0.1, 1.0], [0.0, 0.0], [1.5, 0.0], [5.0, 4.0]].map(DVec2::from);
-        assert_eq!(joined[1].page, want);
-        let lines =
-            vec![frame(), polyline(Iso, 1, &[[5.0, 5.0], [19.0, 0.0]]), polyline(Iso, 1, &[[20.0, 1.0], [5.0, 4.0]])];
-        assert_eq!(join(lines, 0.3)[1].page[2], DVec2::new(20.0, 0.0));
+        assert_eq!(joins(with_frame(lines), 0.3)[0].page, [[0.1, 1.0], [0.0, 0.0], [1.5, 0.0]].map(DVec2::from));
+        let lines = vec![polyline(Iso, 1, &[[5.0, 5.0], [19.0, 0.0]]), polyline(Iso, 1, &[[20.0, 1.0], [5.0, 4.0]])];
+        assert_eq!(joins(with_frame(lines), 0.3)[0].page[1], DVec2::new(20.0, 0.0));
     }
 
     #[test]
     fn what_is_not_on_one_outline_or_far_apart_or_drawn_otherwise_stays() {
-        let end_inside =
-            vec![frame(), polyline(Iso, 1, &[[0.0, 1.0], [19.8, 1.0]]), polyline(Iso, 1, &[[20.0, 2.0], [0.0, 2.0]])];
-        assert_eq!(join(end_inside.clone(), 0.3).len(), 3);
-        assert_eq!(join(end_inside, 0.5).len(), 2);
-        let far =
-            vec![frame(), polyline(Iso, 1, &[[0.0, 1.0], [20.0, 1.0]]), polyline(Iso, 1, &[[20.0, 12.0], [0.0, 12.0]])];
-        assert_eq!(join(far, 0.3).len(), 3);
-        let mut levels = [vec![frame()], rungs()].concat();
-        levels[2].level = 1;
-        assert_eq!(join(levels, 0.3).len(), 4);
-        let mut pens = [vec![frame()], rungs()].concat();
-        pens[2].pen = 2;
-        assert_eq!(join(pens, 0.3).len(), 4);
-        let mut hidden = [vec![frame()], rungs()].concat();
-        hidden[0].visible = false;
-        assert_eq!(join(hidden, 0.3).len(), 21);
-    }
-
-    #[test]
-    fn lines_of_two_surfaces_stay_two_that_meet() {
-        let mut lines = [vec![frame()], rungs()].concat();
-        lines[5].surface = 1;
-        let joined = join(lines, 0.3);
-        assert_eq!(joined.len(), 4);
-        for w in joined[1..].windows(2) {
-            assert_eq!(w[0].page.last(), w[1].page.first());
-        }
+        let to = |x: f64, y: f64| {
+            with_frame(vec![polyline(Iso, 1, &[[0.0, 1.0], [x, 1.0]]), polyline(Iso, 1, &[[20.0, y], [0.0, y]])])
+        };
+        assert_eq!(joins(to(19.8, 2.0), 0.3).len(), 0);
+        assert_eq!(joins(to(19.8, 2.0), 0.5).len(), 1);
+        assert_eq!(joins(to(20.0, 12.0), 0.3).len(), 0);
+        let changed = |change: fn(&mut Vec<Polyline>)| {
+            let mut lines = with_frame(rungs());
+            change(&mut lines);
+            joins(lines, 0.3).len()
+        };
+        assert_eq!(changed(|lines| lines[2].level = 1), 17);
+        assert_eq!(changed(|lines| lines[2].pen = 2), 17);
+        assert_eq!(changed(|lines| lines[0].visible = false), 0);
+        assert_eq!(changed(|lines| lines[5].surface = 1), 19);
     }
 
     proptest! {
