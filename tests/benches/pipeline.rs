@@ -3,7 +3,8 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use penvis::isocurves::Isocurves;
 use penvis::page::{Depths, Hidden, Layout, lay_out};
 use penvis::{builtin, emit};
 use penvis_core::pipeline::{DrawOptions, Prepared};
@@ -37,6 +38,33 @@ fn stages(c: &mut Criterion) {
     }
 }
 
+/// Isocurves half a millimetre apart on A4: choosing them, and the whole picture.
+fn isocurves(c: &mut Criterion) {
+    let mut group = c.benchmark_group("isocurves");
+    group.sample_size(10).measurement_time(Duration::from_secs(4));
+    for name in MODELS {
+        let model = builtin::load(name).expect("a built-in model");
+        let camera = model.view.camera().expect("a camera");
+        let wanted = DrawOptions { isos: 0, ..DrawOptions::default() };
+        let prepare = || Prepared::new(&model.scene, &camera, &wanted, &()).expect("the model is in front of the eye");
+        let asked = options(&[name, "--iso-spacing", "0.5"]);
+        let layout = Layout::fit(prepare().extent(), asked.page, asked.margin_mm).expect("it fits");
+        let Isocurves::Adaptive(adaptive) = asked.isocurves else { unreachable!("a spacing is given") };
+        let even = adaptive.on_screen(&layout);
+        group.bench_function(BenchmarkId::new("cover", name), |b| {
+            b.iter_batched(
+                prepare,
+                |mut prepared| prepared.cover(&even, &()).expect("nothing stops it"),
+                BatchSize::PerIteration,
+            );
+        });
+        group.bench_function(BenchmarkId::new("model to drawing", name), |b| {
+            b.iter(|| draw(&[name, "--iso-spacing", "0.5"]));
+        });
+    }
+    group.finish();
+}
+
 fn end_to_end(c: &mut Criterion) {
     let mut group = c.benchmark_group("model to G-code");
     group.sample_size(10).measurement_time(Duration::from_secs(4));
@@ -58,5 +86,5 @@ fn simulation(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, stages, end_to_end, simulation);
+criterion_group!(benches, stages, isocurves, end_to_end, simulation);
 criterion_main!(benches);

@@ -47,6 +47,12 @@ fn main() {
         let camera = Camera::orthographic(glam::DVec3::new(1.0, -2.0, 0.6), glam::DVec3::Z).expect("a camera");
         row("hourglass", &scene, &camera, spacing_mm, false);
     }
+    if wanted("lid") {
+        let teapot = builtin::load("teapot").expect("a built-in model");
+        let surfaces = teapot.scene.surfaces.into_iter().filter(|s| s.name.starts_with("lid")).collect();
+        let scene = Scene { name: "lid".into(), surfaces };
+        row("lid", &scene, &teapot.view.camera().expect("a camera"), spacing_mm, false);
+    }
     for (name, _) in builtin::names().filter(|(name, _)| wanted(name)) {
         let model = builtin::load(name).expect("a built-in model");
         row(name, &model.scene, &model.view.camera().expect("a camera"), spacing_mm, true);
