@@ -10,6 +10,7 @@
 //! | [`stop`] | a way to stop a long computation |
 //! | [`nurbs`] | checked knot vectors, curves and surfaces |
 //! | [`shape`] | exact planes, quadrics, tori, ruled surfaces, extrusions, solids of revolution |
+//! | [`trim`] | which part of a surface there is |
 //! | [`scene`] | the surfaces of a model |
 //! | [`view`] | camera, and homogeneous Bézier patches with the eye at z = +∞ |
 //! | [`stitch`] | which boundaries coincide: free edges, creases, smooth seams |
@@ -56,5 +57,6 @@ pub mod shape;
 pub mod stitch;
 pub mod stop;
 pub mod stroke;
+pub mod trim;
 pub mod view;
 pub mod visibility;

@@ -18,6 +18,7 @@ pub use bivariate::Bivariate;
 pub(crate) use interval::Interval;
 pub use piecewise::Piecewise;
 pub(crate) use piecewise::{complement, intersection, union};
+pub(crate) use roots::bracketed;
 pub use roots::{Root, RootKind};
 pub use univariate::Univariate;
 

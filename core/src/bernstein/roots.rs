@@ -218,7 +218,7 @@ fn is_monotone(c: &[f64]) -> bool {
 
 /// The zero of `f` between the ends of `x`, where it has the values `y` of opposite sign: regula falsi (Illinois) with
 /// bisection as safeguard, until no float lies between or the value is zero.
-fn bracketed(f: impl Fn(f64) -> f64, x: [f64; 2], y: [f64; 2]) -> f64 {
+pub(crate) fn bracketed(f: impl Fn(f64) -> f64, x: [f64; 2], y: [f64; 2]) -> f64 {
     let ([mut lo, mut hi], [mut flo, mut fhi]) = (x, y);
     // The Illinois weights make the secant overshoot; the true values choose the better end at last.
     let (mut true_lo, mut true_hi) = (flo, fhi);

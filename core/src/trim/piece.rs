@@ -1,0 +1,211 @@
+//! Pieces of trim curves: rational Bézier curves in (u, v) that run one way in u and one way in v.
+//!
+//! Such a piece meets a line of constant u or v once at most, or runs along it; its box is spanned by its ends. Which
+//! lines it meets is decided by comparing the coordinates of its ends, which neighbouring pieces share bit for bit, so that
+//! no crossing is lost or counted twice at a joint.
+
+use alloc::vec::Vec;
+
+use glam::{DVec2, DVec3};
+
+use crate::bernstein::{Univariate, bracketed};
+use crate::view::MAX_DEGREE;
+
+/// A rational Bézier curve in (u, v) that runs one way in each of the two parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimPiece {
+    /// Homogeneous control points (u·w, v·w, w).
+    points: Vec<DVec3>,
+    from: DVec2,
+    to: DVec2,
+    /// Whether the surface is kept on the left of the piece (u to the right, v up) and not on its right, or the other
+    /// way round; none where it is kept, or not, on both sides, because another trim curve runs along this one.
+    pub(super) left: Option<bool>,
+}
+
+fn affine(h: DVec3) -> DVec2 {
+    h.truncate() / h.z
+}
+
+/// Extremes nearer than this to an end of a curve, in its local parameter, are the end.
+const AT_END: f64 = 1e-12;
+
+impl TrimPiece {
+    /// The pieces of a Bézier curve with the homogeneous control points (u·w, v·w, w): it is cut at its extremes in u and
+    /// in v. `noise` is the rounding of u and of v, below which they count as constant.
+    pub(super) fn of_bezier(points: Vec<DVec3>, noise: DVec2, out: &mut Vec<Self>) {
+        let mut cuts = Vec::new();
+        let origin = affine(points[0]);
+        let weight = Univariate::new(points.iter().map(|h| h.z).collect());
+        for k in 0..2 {
+            // Relative to the first point, so that large parameters of a small range lose nothing.
+            let x = Univariate::new(points.iter().map(|h| h[k] - origin[k] * h.z).collect());
+            if x.magnitude() > noise[k] * weight.magnitude() {
+                let slope = x.derivative().mul(&weight).sub(&x.mul(&weight.derivative()));
+                cuts.extend(slope.roots().iter().map(|r| r.t).filter(|&t| t > AT_END && t < 1.0 - AT_END));
+            }
+        }
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup();
+        let mut rest = Self::whole(points);
+        let mut before = 0.0;
+        for t in cuts {
+            let (piece, after) = rest.split((t - before) / (1.0 - before), None);
+            out.push(piece);
+            rest = after;
+            before = t;
+        }
+        out.push(rest);
+    }
+
+    fn whole(points: Vec<DVec3>) -> Self {
+        let (from, to) = (affine(points[0]), affine(points[points.len() - 1]));
+        Self { points, from, to, left: None }
+    }
+
+    /// The parts before and after `s`, which have the point `at` in common, or else the curve's.
+    fn split(&self, s: f64, at: Option<DVec2>) -> (Self, Self) {
+        let mut right = self.points.clone();
+        let mut left = Vec::with_capacity(right.len());
+        for r in (0..right.len()).rev() {
+            left.push(right[0]);
+            for i in 0..r {
+                right[i] = right[i] + (right[i + 1] - right[i]) * s;
+            }
+        }
+        let at = at.unwrap_or_else(|| affine(right[0]));
+        let before = Self { points: left, from: self.from, to: at, left: self.left };
+        (before, Self { points: right, from: at, to: self.to, left: self.left })
+    }
+
+    /// The same piece with its ends moved, by rounding.
+    pub(super) fn with_ends(mut self, from: DVec2, to: DVec2) -> Self {
+        let last = self.points.len() - 1;
+        for (k, x) in [(0, from), (last, to)] {
+            let w = self.points[k].z;
+            self.points[k] = (x * w).extend(w);
+        }
+        (self.from, self.to) = (from, to);
+        self
+    }
+
+    /// First point.
+    #[must_use]
+    pub fn from(&self) -> DVec2 {
+        self.from
+    }
+
+    /// Last point.
+    #[must_use]
+    pub fn to(&self) -> DVec2 {
+        self.to
+    }
+
+    /// Whether the surface is kept on the left of the piece (u to the right, v up) and cut off on its right; none where
+    /// another trim curve runs along the piece, so that both sides are alike.
+    #[must_use]
+    pub fn keeps_left(&self) -> Option<bool> {
+        self.left
+    }
+
+    /// Lower and upper corner of the box that holds the piece.
+    #[must_use]
+    pub fn bounds(&self) -> (DVec2, DVec2) {
+        (self.from.min(self.to), self.from.max(self.to))
+    }
+
+    /// The point at `s` from 0 to 1.
+    #[must_use]
+    pub fn eval(&self, s: f64) -> DVec2 {
+        self.jet(s).0
+    }
+
+    /// The point at `s` from 0 to 1, and its derivative. O(p²) for degree p, no allocation.
+    #[must_use]
+    pub fn jet(&self, s: f64) -> (DVec2, DVec2) {
+        let n = self.points.len();
+        let mut row = [DVec3::ZERO; MAX_DEGREE + 1];
+        row[..n].copy_from_slice(&self.points);
+        let mut d = DVec3::ZERO;
+        for r in (1..n).rev() {
+            if r == 1 {
+                d = (row[1] - row[0]) * (n - 1) as f64;
+            }
+            for i in 0..r {
+                row[i] = row[i] + (row[i + 1] - row[i]) * s;
+            }
+        }
+        let h = row[0];
+        let p = affine(h);
+        let slope = (d.truncate() - p * d.z) / h.z;
+        let p = if s <= 0.0 {
+            self.from
+        } else if s >= 1.0 {
+            self.to
+        } else {
+            let (lo, hi) = self.bounds();
+            p.clamp(lo, hi)
+        };
+        (p, slope)
+    }
+
+    /// Direction at the beginning and at the end, of no particular length; where derivatives vanish their limit. Both run
+    /// along the piece.
+    pub(super) fn directions(&self) -> [DVec2; 2] {
+        let n = self.points.len();
+        let at = |k: usize| affine(self.points[k]);
+        let small = 1e-9 * (self.to - self.from).abs();
+        let apart = |d: &DVec2| d.abs().cmpgt(small).any();
+        let first = (1..n).map(|k| at(k) - self.from).find(apart);
+        let last = (0..n - 1).rev().map(|k| self.to - at(k)).find(apart);
+        [first, last].map(|d| d.unwrap_or(self.to - self.from))
+    }
+
+    /// The parameter at which coordinate `k` (0 is u, 1 is v) has a value between those of the ends.
+    pub(super) fn reaches(&self, k: usize, value: f64) -> f64 {
+        let (a, b) = (self.from[k] - value, self.to[k] - value);
+        if a == 0.0 || a * b > 0.0 && a.abs() < b.abs() {
+            return 0.0;
+        }
+        if b == 0.0 || a * b > 0.0 {
+            return 1.0;
+        }
+        bracketed(|s| self.eval(s)[k] - value, [0.0, 1.0], [a, b])
+    }
+
+    /// Whether the piece has a point in the closed rectangle from `lo` to `hi`.
+    pub(super) fn enters(&self, lo: DVec2, hi: DVec2) -> bool {
+        let (low, high) = self.bounds();
+        if low.cmpgt(hi).any() || lo.cmpgt(high).any() {
+            return false;
+        }
+        let inside = |p: DVec2| p.cmpge(lo).all() && p.cmple(hi).all();
+        if inside(self.from) || inside(self.to) || low.x == high.x || low.y == high.y {
+            return true;
+        }
+        let at = |v: f64| self.eval(self.reaches(1, v.clamp(low.y, high.y))).x;
+        let (a, b) = (at(lo.y), at(hi.y));
+        a.min(b) <= hi.x && a.max(b) >= lo.x
+    }
+
+    /// Appends the parts between the `values` that coordinate `k` passes; the parts end exactly on them. Ends within
+    /// `noise` of a value are on it.
+    pub(super) fn split_at(self, k: usize, values: &[f64], noise: f64, out: &mut Vec<Self>) {
+        let (low, high) = self.bounds();
+        let (first, last) =
+            (values.partition_point(|&x| x <= low[k] + noise), values.partition_point(|&x| x < high[k] - noise));
+        let rising = self.to[k] > self.from[k];
+        let mut rest = self;
+        let count = last.saturating_sub(first);
+        for i in 0..count {
+            let value = if rising { values[first + i] } else { values[last - 1 - i] };
+            let s = rest.reaches(k, value);
+            let mut at = rest.eval(s);
+            at[k] = value;
+            let (piece, after) = rest.split(s, Some(at));
+            out.push(piece);
+            rest = after;
+        }
+        out.push(rest);
+    }
+}
