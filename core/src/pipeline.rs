@@ -11,7 +11,7 @@ use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouet
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
-use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves};
+use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves, cut_to_trims};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
@@ -76,6 +76,8 @@ pub struct Stats {
     pub surfaces: u64,
     /// Bézier patches.
     pub patches: u64,
+    /// Trim loops of all surfaces.
+    pub trims: u64,
     /// Which patches can have silhouettes.
     pub facing: FacingStats,
     /// Silhouettes, patch by patch.
@@ -191,7 +193,7 @@ impl Prepared {
         if options.curves.section {
             let found = sections(&view, &stitching, STITCH * size, stop);
             stop.check()?;
-            curves.extend(section_curves(&g, &found));
+            curves.extend(cut_to_trims(&g, section_curves(&g, &found)));
             undecided_sections = found.undecided;
         }
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
@@ -201,6 +203,7 @@ impl Prepared {
         let stats = Stats {
             surfaces: view.surfaces().len() as u64,
             patches: view.patches().len() as u64,
+            trims: (0..view.surfaces().len()).filter_map(|s| view.trims(s)).map(|t| t.loops().len() as u64).sum(),
             facing,
             silhouette_undecided: traced.undecided.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             section_undecided: undecided_sections.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
@@ -223,7 +226,7 @@ impl Prepared {
         let g = Geometry { view: &self.view, forms: &self.forms };
         let found = cover(&g, &self.stitching, &self.options.curves, options, stop);
         stop.check()?;
-        let curves = adaptive_curves(&g, &found);
+        let curves = cut_to_trims(&g, adaptive_curves(&g, &found));
         self.arcs.extend(&curves, self.curves.len(), &g, FIT * self.view.size(), stop);
         stop.check()?;
         self.curves.extend(curves);
@@ -366,7 +369,7 @@ mod tests {
             DVec4::new(linear[i], linear[j], square[i] - square[j], 1.0)
         });
         let surface = Surface::new(knots(), knots(), points.collect()).unwrap();
-        Scene { name: "saddle".into(), surfaces: vec![SceneSurface { name: "saddle".into(), surface }] }
+        Scene { name: "saddle".into(), surfaces: vec![SceneSurface { name: "saddle".into(), surface, trims: None }] }
     }
 
     fn traced(scene: &Scene, eye: DVec3, options: &DrawOptions) -> Traced {

@@ -4,6 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::nurbs::Surface;
+use crate::trim::Trims;
 
 /// A surface with the name that messages use for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +13,8 @@ pub struct SceneSurface {
     pub name: String,
     /// The surface.
     pub surface: Surface,
+    /// The part of it that there is; all of it where there is none.
+    pub trims: Option<Trims>,
 }
 
 /// What is to be drawn. Surfaces carry no topology: coincident boundaries are found by geometry.

@@ -2,34 +2,21 @@
 //!
 //! Surfaces carry no topology. Two boundary curves that coincide over an interval are one edge: a smooth join is a
 //! *seam* (not inked, silhouettes chain across it), a sharp one is a *crease*, inked once. What coincides with nothing
-//! is a free *boundary*. A boundary may meet several others along parts of itself, so edges are intervals of sides.
+//! is a free *boundary*. A boundary may meet several others along parts of itself, so edges are intervals of sides. Where a
+//! surface is trimmed its boundary is made of what trim curves keep of its borders, and of the trim curves themselves.
 
 use alloc::vec::Vec;
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use crate::line::{Axis, Line};
 use crate::stop::Stop;
+use crate::trim_line::TrimLine;
 use crate::view::{MAX_DEGREE, ViewScene, curve_point};
 
-/// One of the four boundary curves of a surface.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Side {
-    /// The boundary curve.
-    pub line: Line,
-    /// Whether it is a single point (a pole).
-    pub collapsed: bool,
-    lo: DVec3,
-    hi: DVec3,
-}
+mod side;
 
-impl Side {
-    /// Whether `p` is as near as `distance` to the box of the boundary curve: else it is farther from the curve.
-    fn may_hold(&self, p: DVec3, distance: f64) -> bool {
-        let margin = DVec3::splat(distance);
-        p.cmpge(self.lo - margin).all() && p.cmple(self.hi + margin).all()
-    }
-}
+pub use side::{Side, SidePath};
 
 /// What an interval of a side is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,10 +62,13 @@ pub struct StitchOptions {
 /// The sides of all surfaces and the edges they form.
 #[derive(Clone, Debug)]
 pub struct Stitching {
-    /// Four sides a surface: u low, u high, v low, v high.
+    /// Four sides a surface: u low, u high, v low, v high; then the trim curves of all surfaces.
     pub sides: Vec<Side>,
-    /// Edges in the order of their sides, along each side in the order of its parameter. Poles have none.
+    /// Edges in the order of their sides, along each side in the order of its parameter. Poles have none, nor has what is
+    /// cut off.
     pub edges: Vec<Edge>,
+    /// Number of surfaces.
+    surfaces: usize,
 }
 
 /// Interior points at which coincidence and angle are tested, as fractions of an interval; off centre, so that
@@ -91,26 +81,10 @@ impl Stitching {
     /// searches an interval of each pair whose boxes meet, and 16 for each that coincides.
     #[must_use]
     pub fn new(view: &ViewScene, options: &StitchOptions, stop: Stop<'_>) -> Self {
-        let mut sides = Vec::with_capacity(4 * view.surfaces().len());
-        for (s, grid) in view.surfaces().iter().enumerate() {
-            let (u, v) = (&grid.u_breaks, &grid.v_breaks);
-            for (axis, value, below) in [
-                (Axis::U, u[0], false),
-                (Axis::U, u[u.len() - 1], true),
-                (Axis::V, v[0], false),
-                (Axis::V, v[v.len() - 1], true),
-            ] {
-                let line = Line::new(view, s, axis, value, below);
-                let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-                for h in line.spans.iter().flat_map(|s| &s.points) {
-                    let e = h.truncate() / h.w;
-                    lo = lo.min(e);
-                    hi = hi.max(e);
-                }
-                let collapsed = line.length_bound() <= options.distance;
-                sides.push(Side { line, collapsed, lo, hi });
-            }
-        }
+        let surfaces = view.surfaces().len();
+        let mut sides: Vec<Side> = (0..surfaces).flat_map(|s| Side::borders(view, s, options.distance)).collect();
+        let trims = (0..surfaces).flat_map(|s| TrimLine::all(view, s));
+        sides.extend(trims.map(|line| Side::trimmed(view, line, options.distance)));
         let near = near_pairs(&sides, options.distance);
         let mut edges = Vec::new();
         for i in 0..sides.len() {
@@ -121,16 +95,16 @@ impl Stitching {
                 side_edges(view, &sides, i, &near[i], options, &mut edges);
             }
         }
-        Self { sides, edges }
+        Self { sides, edges, surfaces }
     }
 
     /// For every surface the surfaces that share an edge with it, itself included, in increasing order.
     #[must_use]
     pub fn joined_surfaces(&self) -> Vec<Vec<usize>> {
-        let mut joined: Vec<Vec<usize>> = (0..self.sides.len() / 4).map(|s| alloc::vec![s]).collect();
+        let mut joined: Vec<Vec<usize>> = (0..self.surfaces).map(|s| alloc::vec![s]).collect();
         for edge in &self.edges {
-            let own = self.sides[edge.side].line.surface;
-            joined[own].extend(edge.partners.iter().map(|&p| self.sides[p].line.surface));
+            let own = self.sides[edge.side].path.surface();
+            joined[own].extend(edge.partners.iter().map(|&p| self.sides[p].path.surface()));
         }
         for list in &mut joined {
             list.sort_unstable();
@@ -179,26 +153,25 @@ fn side_edges(
     options: &StitchOptions,
     edges: &mut Vec<Edge>,
 ) {
-    let line = &sides[i].line;
-    let [a, b] = line.domain();
-    // A coincidence of analytic curves can begin and end only at a knot of one of them.
-    let mut cuts: Vec<f64> = line.spans.iter().map(|s| s.t[0]).collect();
-    cuts.push(b);
+    let path = &sides[i].path;
+    let [a, b] = path.domain();
+    // A coincidence of analytic curves can begin and end only at a knot of one of them, or where one is cut off.
+    let mut cuts = sides[i].changes();
     for &j in near {
-        let other = &sides[j].line;
-        for t in other.spans.iter().map(|s| s.t[0]).chain([other.domain()[1]]) {
-            let p = other.point(t);
+        let other = &sides[j].path;
+        for t in sides[j].changes() {
+            let p = other.point(view, t);
             if !sides[i].may_hold(p, options.distance) {
                 continue;
             }
-            let (ti, d) = line.nearest(p);
+            let (ti, d) = path.nearest(view, p);
             if d <= options.distance {
                 cuts.push(ti);
             }
         }
     }
     cuts.sort_by(f64::total_cmp);
-    let short = |x: f64, y: f64| (line.point(x) - line.point(y)).length() <= options.distance;
+    let short = |x: f64, y: f64| (path.point(view, x) - path.point(view, y)).length() <= options.distance;
     let mut kept: Vec<f64> = Vec::with_capacity(cuts.len());
     for c in cuts {
         // A closed side's two ends coincide in space but not in parameter: both stay.
@@ -213,11 +186,17 @@ fn side_edges(
     let first = edges.len();
     for w in kept.windows(2) {
         let at = |f: f64| w[0] + f * (w[1] - w[0]);
+        if !sides[i].is_kept(at(0.5)) {
+            continue;
+        }
         let coincides = |j: &usize| {
             let other = &sides[*j];
             PROBES.iter().all(|&f| {
-                let p = line.point(at(f));
-                other.may_hold(p, options.distance) && other.line.nearest(p).1 <= options.distance
+                let p = path.point(view, at(f));
+                other.may_hold(p, options.distance) && {
+                    let (t, distance) = other.path.nearest(view, p);
+                    distance <= options.distance && other.is_kept(t)
+                }
             })
         };
         let partners: Vec<usize> = near.iter().copied().filter(coincides).collect();
@@ -226,8 +205,8 @@ fn side_edges(
             [j] => {
                 let cosine = libm::cos(options.angle);
                 let class = |t: f64| {
-                    let tj = sides[*j].line.nearest(line.point(t)).0;
-                    let (n, m) = (conormal(view, sides, i, t)?, conormal(view, sides, *j, tj)?);
+                    let tj = sides[*j].path.nearest(view, path.point(view, t)).0;
+                    let (n, m) = (conormal(view, path, t)?, conormal(view, &sides[*j].path, tj)?);
                     Some(if n.dot(m) <= -cosine { EdgeClass::Smooth } else { EdgeClass::Crease })
                 };
                 classes(class, [w[0], w[1]], short)
@@ -236,7 +215,7 @@ fn side_edges(
         };
         for (class, t) in classes {
             match edges[first..].last_mut() {
-                Some(last) if last.partners == partners && last.class == class => last.t[1] = t[1],
+                Some(last) if last.t[1] == t[0] && last.partners == partners && last.class == class => last.t[1] = t[1],
                 _ => edges.push(Edge { side: i, t, partners: partners.clone(), class }),
             }
         }
@@ -286,8 +265,31 @@ fn classes(
 ///
 /// The curve across the side leaves it in the direction from its first control point to the next that is another point:
 /// the limit of its tangent where derivatives vanish.
-fn conormal(view: &ViewScene, sides: &[Side], i: usize, t: f64) -> Option<DVec3> {
-    let line = &sides[i].line;
+fn conormal(view: &ViewScene, path: &SidePath, t: f64) -> Option<DVec3> {
+    match path {
+        SidePath::Line(line) => conormal_of_border(view, line, t),
+        SidePath::Trim(line) => conormal_of_trim(view, line, t),
+    }
+}
+
+/// [`conormal`] of a trim line. Trims are inside the surface, where derivatives span the tangent plane as a rule.
+fn conormal_of_trim(view: &ViewScene, line: &TrimLine, t: f64) -> Option<DVec3> {
+    let k = line.span_at(t);
+    let patch = view.model_patch(line.spans[k].patch);
+    let (uv, run) = line.uv_jet(t, k);
+    let local = patch.to_local(uv).clamp(DVec2::ZERO, DVec2::ONE);
+    let run = run / DVec2::new(patch.u[1] - patch.u[0], patch.v[1] - patch.v[0]);
+    let jet = patch.jet(local.x, local.y);
+    let along = (jet.du * run.x + jet.dv * run.y).try_normalize()?;
+    let inward = if line.spans[k].left { run.perp() } else { -run.perp() };
+    let inward = jet.du * inward.x + jet.dv * inward.y;
+    let across = inward - along * inward.dot(along);
+    // What of one direction is left by the other is rounding where they are one.
+    (across.length() > 1e-9 * inward.length()).then(|| across.normalize())
+}
+
+/// [`conormal`] of a border of the parameter range.
+fn conormal_of_border(view: &ViewScene, line: &Line, t: f64) -> Option<DVec3> {
     let (uv, across_u) = (line.uv(t), line.axis == Axis::U);
     let below = if across_u { [line.below, false] } else { [false, line.below] };
     let (index, local) = view.locate(line.surface, uv, below);
@@ -326,7 +328,8 @@ mod tests {
     use alloc::vec;
 
     fn stitched(surfaces: Vec<Surface>) -> Stitching {
-        let surfaces = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface }).collect();
+        let surfaces =
+            surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None }).collect();
         let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
         let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
         Stitching::new(&view, &StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 }, Stop::NEVER)

@@ -48,7 +48,8 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
         let grid = &surfaces[k];
         let all = grid.first..grid.first + grid.count_u() * grid.count_v();
         let facing = g.forms[grid.first].facing;
-        matches!(facing, Facing::Front | Facing::Back) && all.clone().all(|p| g.forms[p].facing == facing)
+        let whole = g.view.trims(k).is_none();
+        whole && matches!(facing, Facing::Front | Facing::Back) && all.clone().all(|p| g.forms[p].facing == facing)
     };
     let plain: Vec<bool> = (0..surfaces.len()).map(faces_one_way).collect();
     // Surfaces joined so far, each by its lowest one.
@@ -62,7 +63,7 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
     }
     let goes_on = |edge: &Edge| -> Option<[usize; 2]> {
         let [partner] = edge.partners[..] else { return None };
-        let (a, b) = (&stitching.sides[edge.side].line, &stitching.sides[partner].line);
+        let [Some(a), Some(b)] = [edge.side, partner].map(|s| stitching.sides[s].path.line()) else { return None };
         let pair = [a.surface, b.surface];
         (pair.iter().all(|&s| plain[s]) && is_passed(g, edge.t, a, b)).then_some(pair)
     };
@@ -78,7 +79,7 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
         .collect();
     let mut boundaries: Vec<Vec<SurfaceCurve>> = vec![Vec::new(); surfaces.len()];
     for (edge, inner) in stitching.edges.iter().zip(inner) {
-        let line = &stitching.sides[edge.side].line;
+        let Some(line) = stitching.sides[edge.side].path.line() else { continue };
         if plain[line.surface] && !inner {
             let k = find(&mut root, line.surface);
             boundaries[k].push(boundary_curve(line.clone(), edge.t));

@@ -284,10 +284,11 @@ fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit:
                 }
             }
         }
-        Path::Traced(_) | Path::Section(_) => {
+        Path::Traced(_) | Path::Section(_) | Path::Trim(_) => {
             let fit = Fit { curve, index, geometry, tolerance: fit };
-            for segment in 0..curve.domain[1] as usize {
-                let (t0, t1) = (segment as f64, (segment + 1) as f64);
+            let [a, b] = curve.domain;
+            for segment in a as usize..libm::ceil(b) as usize {
+                let (t0, t1) = (a.max(segment as f64), b.min((segment + 1) as f64));
                 let ((p0, d0), (p1, d1)) = (curve.jet(geometry, t0), curve.jet_below(geometry, t1));
                 fit.hermite((t0, p0, d0), (t1, p1, d1), arcs, 0);
             }

@@ -179,7 +179,7 @@ pub(super) fn is_simple(g: &Geometry<'_>, boundary: &[SurfaceCurve], tolerance: 
                     let p = at(first.curve, 0.5 * (a[0] + a[1]));
                     match &boundary[second.curve].path {
                         Path::Line(line) => line.nearest(p).1 > tolerance.contact,
-                        Path::Traced(_) | Path::Section(_) => true,
+                        Path::Traced(_) | Path::Section(_) | Path::Trim(_) => true,
                     }
                 }
             });

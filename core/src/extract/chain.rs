@@ -147,6 +147,10 @@ impl End {
                 let span = &spans[k.saturating_sub(1)];
                 (span.patch, g.view.patches()[span.patch].to_local(line.uv(t)), span.t[1] - span.t[0], CurveEnd::Border)
             }
+            Path::Trim(line) => {
+                let (patch, local) = line.place(g.view, t);
+                (patch, local, 1.0, CurveEnd::Border)
+            }
             Path::Section(c) => {
                 let at = c.at(g.view.patches(), t, c.arc_at(t));
                 (at.patches[0], at.local[0], 1.0, CurveEnd::Border)
@@ -211,8 +215,8 @@ fn sheets(g: &Geometry<'_>, stitching: &Stitching) -> Vec<usize> {
     }
     for edge in stitching.edges.iter().filter(|e| e.class == EdgeClass::Smooth) {
         for &p in &edge.partners {
-            let a = root(&mut sheet, stitching.sides[edge.side].line.surface);
-            let b = root(&mut sheet, stitching.sides[p].line.surface);
+            let a = root(&mut sheet, stitching.sides[edge.side].path.surface());
+            let b = root(&mut sheet, stitching.sides[p].path.surface());
             sheet[a.max(b)] = a.min(b);
         }
     }

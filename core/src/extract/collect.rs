@@ -1,4 +1,4 @@
-//! All curves of a scene: boundaries, creases, silhouettes and uniform isocurves.
+//! All curves of a scene: boundaries, creases, silhouettes and uniform isocurves, cut to what trims keep.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -8,6 +8,7 @@ use super::join::{edge_curves, inner_lines};
 use super::kind::CurveKind;
 use super::on_line::{corners, facing_zeros};
 use super::silhouette::Silhouettes;
+use super::trimmed::cut_to_trims;
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
@@ -55,7 +56,7 @@ impl CurveSet {
 pub struct CurveOptions {
     /// Kinds of curve wanted on paper.
     pub wanted: CurveSet,
-    /// Isocurves a direction; they stand at the middles of as many equal parts of each surface's parameter range.
+    /// Isocurves a direction; they stand at the middles of as many equal parts of each surface's parameter range, or of its trims' box.
     pub isos: u32,
     /// Largest angle between the tangent planes of a smooth join, radians.
     pub angle: f64,
@@ -114,13 +115,17 @@ pub fn curves(
             iso_curves(g, surface, options.isos, &mut out);
         }
     }
-    out
+    cut_to_trims(g, out)
 }
 
 fn iso_curves(g: &Geometry<'_>, surface: usize, isos: u32, out: &mut Vec<SurfaceCurve>) {
     let grid = &g.view.surfaces()[surface];
     for (axis, breaks) in [(Axis::U, &grid.u_breaks), (Axis::V, &grid.v_breaks)] {
-        let (a, b) = (breaks[0], breaks[breaks.len() - 1]);
+        let (mut a, mut b) = (breaks[0], breaks[breaks.len() - 1]);
+        if let Some(trims) = g.view.trims(surface) {
+            let (lo, hi) = trims.bounds();
+            (a, b) = if axis == Axis::U { (lo.x, hi.x) } else { (lo.y, hi.y) };
+        }
         for k in 0..isos {
             let value = a + (b - a) * (f64::from(k) + 0.5) / f64::from(isos);
             let line = Line::new(g.view, surface, axis, value, false);

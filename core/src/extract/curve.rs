@@ -11,6 +11,7 @@ use super::silhouette::TracedCurve;
 use super::zero_set;
 use crate::bernstein::Bivariate;
 use crate::line::{Axis, Line};
+use crate::trim_line::TrimLine;
 use crate::view::ViewScene;
 
 /// What is needed to evaluate curves: the patches in view space and the facing polynomial of each.
@@ -31,6 +32,8 @@ pub enum Path {
     Traced(TracedCurve),
     /// Along the intersection of two surfaces.
     Section(SectionCurve),
+    /// Along a trim curve.
+    Trim(TrimLine),
 }
 
 /// A curve to be arranged, and drawn if its visibility and the user's choice say so.
@@ -69,6 +72,7 @@ impl SurfaceCurve {
                 g.view.patches()[c.patch].to_surface(l.x, l.y)
             }
             Path::Section(c) => self.both_uv(g, c, t)[0],
+            Path::Trim(line) => line.uv(t),
         }
     }
 
@@ -89,6 +93,7 @@ impl SurfaceCurve {
                 g.view.patches()[c.patch].eval(l.x, l.y)
             }
             Path::Section(c) => c.at(g.view.patches(), t, c.arc_at(t)).p,
+            Path::Trim(line) => line.point(g.view, t),
         }
     }
 
@@ -127,6 +132,10 @@ impl SurfaceCurve {
                 let at = c.at(g.view.patches(), t, arc);
                 (at.p, at.d)
             }
+            Path::Trim(line) => {
+                let span = segment.clamp(0.0, (line.spans.len() - 1) as f64) as usize;
+                line.jet_in(g.view, t, span)
+            }
         }
     }
 
@@ -158,7 +167,7 @@ impl SurfaceCurve {
     pub fn axis(&self) -> Option<Axis> {
         match &self.path {
             Path::Line(line) => Some(line.axis),
-            Path::Traced(_) | Path::Section(_) => None,
+            Path::Traced(_) | Path::Section(_) | Path::Trim(_) => None,
         }
     }
 

@@ -10,13 +10,17 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use glam::DVec3;
+
 use super::bend::Bend;
 use super::collect::CurveOptions;
 use super::curve::{Geometry, Path, SurfaceCurve};
 use super::kind::CurveKind;
-use super::on_line::{corners, facing_zeros, lies_left, lies_left_along};
+use super::on_line::{
+    corners, facing_zeros, lies_left, side_corners, side_lies_left, side_lies_left_along, side_zeros,
+};
 use crate::line::{Axis, Line};
-use crate::stitch::{Edge, EdgeClass, Stitching};
+use crate::stitch::{Edge, EdgeClass, SidePath, Stitching};
 
 /// The curve of one edge: a boundary, a crease, or a smooth join, parts of which may be silhouettes.
 pub(super) fn edge_curves(
@@ -26,24 +30,28 @@ pub(super) fn edge_curves(
     options: &CurveOptions,
     out: &mut Vec<SurfaceCurve>,
 ) {
-    let line = &stitching.sides[edge.side].line;
+    let path = &stitching.sides[edge.side].path;
     let mut sides = vec![edge.side];
     sides.extend(&edge.partners);
-    let mut surfaces: Vec<usize> = sides.iter().map(|&s| stitching.sides[s].line.surface).collect();
+    let mut surfaces: Vec<usize> = sides.iter().map(|&s| stitching.sides[s].path.surface()).collect();
     surfaces.dedup();
-    let mut zeros = facing_zeros(g, line, edge.t);
+    let onto = |other: &SidePath, t: f64| path.nearest(g.view, other.point(g.view, t)).0;
+    let mut zeros = side_zeros(g, path, edge.t);
     for &p in &edge.partners {
-        let other = &stitching.sides[p].line;
-        let theirs = facing_zeros(g, other, other.domain());
-        zeros.extend(theirs.iter().map(|&t| line.nearest(other.point(t)).0));
+        let other = &stitching.sides[p].path;
+        let theirs = side_zeros(g, other, other.domain());
+        zeros.extend(theirs.iter().map(|&t| onto(other, t)));
     }
     let mut splits = zeros.clone();
-    splits.extend(corners(g, line));
+    splits.extend(side_corners(g, path));
     let curve = |kind: CurveKind, domain: [f64; 2], active: bool| SurfaceCurve {
         kind,
-        surface: line.surface,
+        surface: path.surface(),
         surfaces: surfaces.clone(),
-        path: Path::Line(line.clone()),
+        path: match path {
+            SidePath::Line(line) => Path::Line(line.clone()),
+            SidePath::Trim(line) => Path::Trim(line.clone()),
+        },
         domain,
         active,
         inked: options.wanted.contains(kind),
@@ -53,15 +61,17 @@ pub(super) fn edge_curves(
     };
     match (edge.class, edge.partners.first()) {
         (EdgeClass::Smooth, Some(&partner)) => {
-            let other = &stitching.sides[partner].line;
+            let other = &stitching.sides[partner].path;
             let mut cuts = zeros;
-            cuts.extend(line.spans.iter().map(|s| s.t[0]));
-            cuts.extend(other.spans.iter().map(|s| line.nearest(other.point(s.t[0])).0));
+            cuts.extend(path.breaks());
+            cuts.extend(other.breaks().iter().map(|&t| onto(other, t)));
             let is_fold = |m: f64| {
-                let (p, along) = line.jet(m);
-                folds(lies_left(g, line, m), lies_left_along(g, other, other.nearest(p).0, along))
+                let (p, along) = path.jet(g.view, m);
+                let there = other.nearest(g.view, p).0;
+                folds(side_lies_left(g, path, m), side_lies_left_along(g, other, there, along))
             };
-            for (fold, t) in runs(&parts(line, edge.t, cuts, options.contact), is_fold) {
+            let at = |t: f64| path.point(g.view, t);
+            for (fold, t) in runs(&parts(&at, edge.t, cuts, options.contact), is_fold) {
                 if fold {
                     out.push(curve(CurveKind::Silhouette, t, true));
                 } else if options.wanted.smooth {
@@ -99,7 +109,7 @@ pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptio
                     folds(lies_left(g, &low, m), lies_left(g, &high, m)).then_some(CurveKind::Silhouette)
                 }
             };
-            for (kind, t) in runs(&parts(&low, whole, cuts, options.contact), kind) {
+            for (kind, t) in runs(&parts(&|t| low.point(t), whole, cuts, options.contact), kind) {
                 let Some(kind) = kind else { continue };
                 out.push(SurfaceCurve {
                     kind,
@@ -118,15 +128,15 @@ pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptio
     }
 }
 
-/// The parts of `line` within `t` between cuts. Cuts nearer together along the line, in space, than `contact` are one, so
+/// The parts within `t` between cuts of the line through the points `at`. Cuts nearer together along the line, in space, than `contact` are one, so
 /// that no part is shorter: none at all of a line that is.
-fn parts(line: &Line, t: [f64; 2], mut cuts: Vec<f64>, contact: f64) -> Vec<[f64; 2]> {
+fn parts(at: &impl Fn(f64) -> DVec3, t: [f64; 2], mut cuts: Vec<f64>, contact: f64) -> Vec<[f64; 2]> {
     cuts.retain(|&x| t[0] < x && x < t[1]);
     cuts.push(t[1]);
     cuts.sort_by(f64::total_cmp);
     let mut kept = vec![t[0]];
     for cut in cuts {
-        if kept.last().is_some_and(|&last| length(line, [last, cut]) > contact) {
+        if kept.last().is_some_and(|&last| length(at, [last, cut]) > contact) {
             kept.push(cut);
         }
     }
@@ -137,10 +147,10 @@ fn parts(line: &Line, t: [f64; 2], mut cuts: Vec<f64>, contact: f64) -> Vec<[f64
 }
 
 /// Length of a part of a line in view space, by eight chords.
-fn length(line: &Line, t: [f64; 2]) -> f64 {
+fn length(at: &impl Fn(f64) -> DVec3, t: [f64; 2]) -> f64 {
     const CHORDS: u32 = 8;
-    let at = |k: u32| line.point(t[0] + (t[1] - t[0]) * f64::from(k) / f64::from(CHORDS));
-    (0..CHORDS).map(|k| at(k).distance(at(k + 1))).sum()
+    let place = |k: u32| at(t[0] + (t[1] - t[0]) * f64::from(k) / f64::from(CHORDS));
+    (0..CHORDS).map(|k| place(k).distance(place(k + 1))).sum()
 }
 
 /// Neighbouring parts with the same answer in their middles, made one.

@@ -11,6 +11,7 @@ mod kind;
 mod on_line;
 pub mod section;
 pub mod silhouette;
+mod trimmed;
 mod undecided;
 pub mod zero_set;
 
@@ -18,4 +19,6 @@ pub use collect::{CurveOptions, CurveSet, curves};
 pub use curve::{Geometry, Path, SurfaceCurve};
 pub use kind::CurveKind;
 pub(crate) use on_line::{lies_left, lies_left_along};
+pub(crate) use trimmed::cut_to_trims;
+pub use trimmed::trimmed_parts;
 pub use undecided::UndecidedPart;

@@ -54,6 +54,7 @@ fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64)
         Path::Line(line) => stops.extend(line.spans.iter().map(|s| s.t[0])),
         Path::Traced(c) => stops.extend((0..c.segment_count()).map(|k| k as f64)),
         Path::Section(c) => stops.extend((0..c.arcs.len()).map(|k| k as f64)),
+        Path::Trim(line) => stops.extend((0..line.spans.len()).map(|k| k as f64)),
     }
     stops.retain(|&x| x == t[0] || (t[0] < x && x < t[1]));
     stops.push(t[1]);
@@ -143,7 +144,7 @@ mod tests {
     /// The polylines of a sphere's isocurves, whole, at a tolerance.
     fn parallels(tolerance: f64) -> Vec<Stroke> {
         let surface = sphere(&Frame::WORLD, 1.0).unwrap();
-        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface }] };
+        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface, trims: None }] };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::new(1.0, 0.4, 0.3), DVec3::Z).unwrap()).unwrap();
         let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
         let g = Geometry { view: &view, forms: &forms };

@@ -11,12 +11,19 @@ impl Trims {
     /// The intervals of the line u = `value` ([`Axis::U`]) or v = `value` over `range` that are kept, in increasing order.
     ///
     /// The line is cut where trim curves cross, touch or end on it, and each part is asked for in its middle. A part that runs
-    /// along a trim curve, which there is a curve of its own, is not kept. Cost: a root for each piece whose box the line
+    /// along a trim curve, which there is a curve of its own, is not kept; on the border of the parameter range it is what
+    /// [`kept_on_border`](Self::kept_on_border) says. Cost: a root for each piece whose box the line
     /// passes, and as much again for each part.
     #[must_use]
     pub fn kept_on_line(&self, axis: Axis, value: f64, range: [f64; 2]) -> Vec<[f64; 2]> {
         let (fixed, running) = if axis == Axis::U { (0, 1) } else { (1, 0) };
         let noise = self.noise();
+        let (lo, hi) = self.range();
+        if value == lo[fixed] || value == hi[fixed] {
+            let clipped =
+                self.kept_on_border(axis, value).into_iter().map(|t| [t[0].max(range[0]), t[1].min(range[1])]);
+            return clipped.filter(|t| t[0] < t[1]).collect();
+        }
         let (mut cuts, mut along) = (Vec::new(), Vec::new());
         for p in self.pieces() {
             let (a, b) = (p.from(), p.to());

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use super::{Camera, Jet, Patch};
 use crate::nurbs::{KnotVector, Surface};
 use crate::scene::Scene;
+use crate::trim::Trims;
 
 /// Why a scene cannot be seen from a camera.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -76,6 +77,7 @@ pub struct ViewScene {
     patches: Vec<Patch>,
     model: Vec<Patch>,
     surfaces: Vec<SurfaceGrid>,
+    trims: Vec<Option<Trims>>,
     lo: DVec3,
     hi: DVec3,
 }
@@ -91,11 +93,13 @@ impl ViewScene {
         }
         let matrix = camera.matrix();
         let (mut patches, mut model, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
+        let mut trims = Vec::with_capacity(scene.surfaces.len());
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (index, s) in scene.surfaces.iter().enumerate() {
             let surface = with_even_weights(&s.surface);
             let own = surface.bezier_patches(index);
             let (ku, kv) = (surface.knots_u(), surface.knots_v());
+            trims.push(s.trims.as_ref().map(|t| t.cut_at(&ku.breaks(), &kv.breaks())));
             surfaces.push(SurfaceGrid {
                 first: patches.len(),
                 u_breaks: ku.breaks(),
@@ -121,7 +125,7 @@ impl ViewScene {
                 model.push(m);
             }
         }
-        Ok(Self { camera: *camera, patches, model, surfaces, lo, hi })
+        Ok(Self { camera: *camera, patches, model, surfaces, trims, lo, hi })
     }
 
     /// The camera.
@@ -146,6 +150,12 @@ impl ViewScene {
     #[must_use]
     pub fn surfaces(&self) -> &[SurfaceGrid] {
         &self.surfaces
+    }
+
+    /// The trims of a surface, if it has any; no piece of a trim curve leaves a patch.
+    #[must_use]
+    pub fn trims(&self, surface: usize) -> Option<&Trims> {
+        self.trims[surface].as_ref()
     }
 
     /// Diagonal of the control points' box in view space: the unit of every relative tolerance.

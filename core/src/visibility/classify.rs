@@ -362,12 +362,12 @@ impl<'a> Watch<'a> {
         out.push(Exclusion { surface: own, uv, radius });
         let reach = self.subject.reach();
         let mut add = |side: usize| {
-            let line = &self.subject.stitching.sides[side].line;
-            let (ts, d) = line.nearest(p);
+            let path = &self.subject.stitching.sides[side].path;
+            let (ts, d) = path.nearest(self.subject.geometry.view, p);
             if d <= reach {
-                let uv = line.uv(ts);
-                let r = self.parameter_size(line.surface, uv) * PARTNER_RADIUS;
-                out.push(Exclusion { surface: line.surface, uv, radius: r.max(DVec2::ZERO) });
+                let (surface, uv) = (path.surface(), path.uv(ts));
+                let r = self.parameter_size(surface, uv) * PARTNER_RADIUS;
+                out.push(Exclusion { surface, uv, radius: r.max(DVec2::ZERO) });
             }
         };
         for &s in &self.curve.sides {

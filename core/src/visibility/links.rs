@@ -19,7 +19,7 @@
 //! Heger's half and quarter invisibilities stand for what is seen exactly along an edge or a vertex. There is no need of
 //! them here: pieces are open intervals, an end that lies in another curve's end is no link, and where a rule's condition
 //! is near its limit (a tangent crossing, a sheet seen edge-on, curves that coincide, a corner where several edges
-//! meet) no link is made, so that a ray decides.
+//! meet) no link is made, so that a ray decides. Nor is any made to or over a curve of a trimmed surface.
 
 use alloc::borrow::Cow;
 use alloc::vec;
@@ -73,6 +73,8 @@ pub(super) struct Linker<'a> {
     sheets: Vec<Vec<Sheet<'a>>>,
     /// For each side the curves along it.
     along: Vec<Vec<usize>>,
+    /// For each curve whether a surface that it lies on is trimmed.
+    trimmed: Vec<bool>,
     /// For each surface those that share an edge with it, and itself.
     joined: Vec<Vec<usize>>,
     /// For each surface the edges inside it.
@@ -99,7 +101,9 @@ pub(super) fn links(subject: &Subject<'_>, margin: f64) -> Vec<Link> {
         }
     }
     let joined = subject.stitching.joined_surfaces();
-    let mut linker = Linker { subject, starts, joined, sheets, along, inner, margin, links: Vec::new() };
+    let is_trimmed = |c: &SurfaceCurve| c.surfaces.iter().any(|&s| subject.geometry.view.trims(s).is_some());
+    let trimmed = subject.curves.iter().map(is_trimmed).collect();
+    let mut linker = Linker { subject, starts, trimmed, joined, sheets, along, inner, margin, links: Vec::new() };
     linker.next_and_previous();
     linker.lines();
     linker.silhouettes();
@@ -116,9 +120,11 @@ fn sheets<'a>(subject: &Subject<'a>, curve: &'a SurfaceCurve) -> Vec<Sheet<'a>> 
         let other = Line::new(subject.geometry.view, path.surface, path.axis, path.value, !path.below);
         return vec![Sheet { line: Cow::Borrowed(path), own: true }, Sheet { line: Cow::Owned(other), own: false }];
     }
-    let line = |&s: &usize| &subject.stitching.sides[s].line;
+    let line = |&s: &usize| subject.stitching.sides[s].path.line();
     let sheet = |(k, l): (usize, &'a Line)| Sheet { line: Cow::Borrowed(l), own: k == 0 };
-    curve.sides.iter().map(line).enumerate().map(sheet).collect()
+    // Where a trim curve is among them there are no links.
+    let lines: Option<Vec<&Line>> = curve.sides.iter().map(line).collect();
+    lines.unwrap_or_default().into_iter().enumerate().map(sheet).collect()
 }
 
 impl<'a> Linker<'a> {
@@ -132,6 +138,9 @@ impl<'a> Linker<'a> {
 
     /// The piece of a curve that holds `t` clearly in its inside.
     fn inside(&self, curve: usize, t: f64) -> Option<usize> {
+        if self.trimmed[curve] {
+            return None;
+        }
         let (first, last) = (self.starts[curve], self.starts[curve + 1]);
         let pieces = &self.subject.arrangement.pieces;
         let k = first + pieces[first..last].partition_point(|p| p.t[1] < t);
@@ -144,6 +153,9 @@ impl<'a> Linker<'a> {
 
     /// The first or last piece of a curve, if it is longer than a margin and nothing crosses its end.
     fn at_end(&self, curve: usize, last: bool) -> Option<usize> {
+        if self.trimmed[curve] {
+            return None;
+        }
         let range = self.starts[curve]..self.starts[curve + 1];
         let k = if last { range.clone().next_back() } else { range.clone().next() }?;
         let piece = &self.subject.arrangement.pieces[k];
@@ -169,10 +181,12 @@ impl<'a> Linker<'a> {
         }
     }
 
-    /// Whether a piece is longer than a margin and runs along nothing.
+    /// Whether a piece is longer than a margin, runs along nothing, and is on no trimmed surface.
     fn is_plain(&self, piece: &Piece) -> bool {
         let table = &self.subject.arrangement.lengths[piece.curve];
-        !piece.coincident && table.length_at(piece.t[1]) - table.length_at(piece.t[0]) > self.margin
+        !self.trimmed[piece.curve]
+            && !piece.coincident
+            && table.length_at(piece.t[1]) - table.length_at(piece.t[0]) > self.margin
     }
 
     /// The cuts of one place, each once: what crosses at the joint of two arcs is found on both of them. None if one
@@ -241,12 +255,15 @@ impl<'a> Linker<'a> {
     /// How many sheets that end at an active curve lie on its left and on its right on the screen.
     fn sides_covered(&self, curve: usize, t: f64) -> Option<[i32; 2]> {
         let c = self.curve(curve);
+        if self.trimmed[curve] {
+            return None;
+        }
         match &c.path {
             Path::Traced(traced) => {
                 let left = fold_lies_left(self.subject, traced, c, t)?;
                 Some(if left { [2, 0] } else { [0, 2] })
             }
-            Path::Section(_) => None,
+            Path::Section(_) | Path::Trim(_) => None,
             Path::Line(_) => {
                 if c.splits.iter().any(|&s| self.near(curve, s, t)) {
                     return None;
@@ -322,7 +339,7 @@ impl<'a> Linker<'a> {
         let count = self.subject.geometry.view.surfaces().len();
         let mut of_surface: Vec<[Vec<usize>; 2]> = vec![[Vec::new(), Vec::new()]; count];
         for (k, c) in self.subject.curves.iter().enumerate() {
-            if let (Path::Line(line), false) = (&c.path, c.active) {
+            if let (Path::Line(line), false) = (&c.path, c.active || self.trimmed[k]) {
                 of_surface[c.surface][usize::from(line.axis == Axis::V)].push(k);
             }
         }
@@ -404,12 +421,16 @@ impl<'a> Linker<'a> {
 
     /// A line ends at an edge of its surface.
     fn end_at_edge(&mut self, side: usize, t: f64, piece: usize) {
+        let Some(own) = self.subject.stitching.sides[side].path.line() else { return };
         for k in 0..self.along[side].len() {
             let e = self.along[side][k];
             let edge = self.curve(e);
             let Path::Line(path) = &edge.path else { continue };
+            if self.trimmed[e] {
+                continue;
+            }
             let Some(sheet) = edge.sides.iter().position(|&s| s == side) else { continue };
-            let at = if sheet == 0 { t } else { path.nearest(self.subject.stitching.sides[side].line.point(t)).0 };
+            let at = if sheet == 0 { t } else { path.nearest(own.point(t)).0 };
             if !(edge.domain[0] < at && at < edge.domain[1]) {
                 continue;
             }
@@ -466,7 +487,9 @@ impl<'a> Linker<'a> {
         let mut found = Vec::new();
         for edge in stitching.edges.iter().filter(|e| e.class == EdgeClass::Smooth && e.owner()) {
             let [partner] = edge.partners[..] else { continue };
-            let (line, other) = (&stitching.sides[edge.side].line, &stitching.sides[partner].line);
+            let [Some(line), Some(other)] = [edge.side, partner].map(|s| stitching.sides[s].path.line()) else {
+                continue;
+            };
             for &(t, piece) in ends[edge.side].iter().filter(|e| edge.t[0] < e.0 && e.0 < edge.t[1]) {
                 let p = line.point(t);
                 let at = other.nearest(p).0;

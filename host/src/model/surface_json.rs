@@ -77,7 +77,7 @@ pub(super) fn read(bytes: &[u8], stem: &str) -> Result<(Scene, Option<View>), Fa
     for (index, surface) in file.surfaces.into_iter().enumerate() {
         let name = surface.name.clone().unwrap_or_else(|| format!("surface {index}"));
         let surface = checked(surface).map_err(|(field, problem)| Fault { surface: Some(index), field, problem })?;
-        surfaces.push(SceneSurface { name, surface });
+        surfaces.push(SceneSurface { name, surface, trims: None });
     }
     Ok((Scene { name: file.name.unwrap_or_else(|| stem.to_owned()), surfaces }, view))
 }

@@ -7,7 +7,7 @@ use super::strip::Strips;
 use super::tone::Shade;
 use super::{AdaptiveOptions, IsoPiece};
 use crate::extract::{CurveKind, CurveSet, Geometry};
-use crate::line::Axis;
+use crate::line::{Axis, Line};
 use crate::stitch::{Edge, EdgeClass, Stitching};
 use crate::stop::Stop;
 
@@ -27,14 +27,14 @@ pub(super) fn pieces(
         let mut sides = vec![edge.side];
         sides.extend(&edge.partners);
         let covered = |side: usize| {
-            let line = &stitching.sides[side].line;
-            tasks.contains(&(line.surface, line.axis))
+            // No isocurve runs along a trim curve.
+            stitching.sides[side].path.line().is_some_and(|line| tasks.contains(&(line.surface, line.axis)))
         };
+        let Some(line) = stitching.sides[edge.side].path.line() else { continue };
         if !sides.iter().any(|&side| covered(side)) {
             continue;
         }
-        for t in dark(g, stitching, edge, options, shade) {
-            let line = &stitching.sides[edge.side].line;
+        for t in dark(g, line, edge, options, shade) {
             out.push(IsoPiece { surface: line.surface, axis: line.axis, value: line.value, t, level: 0 });
         }
     }
@@ -49,18 +49,11 @@ fn kind(class: EdgeClass) -> CurveKind {
     }
 }
 
-/// The parts of an edge that are dark enough.
-fn dark(
-    g: &Geometry<'_>,
-    stitching: &Stitching,
-    edge: &Edge,
-    options: &AdaptiveOptions,
-    shade: Option<Shade>,
-) -> Vec<[f64; 2]> {
+/// The parts of an edge, which runs along `line`, that are dark enough.
+fn dark(g: &Geometry<'_>, line: &Line, edge: &Edge, options: &AdaptiveOptions, shade: Option<Shade>) -> Vec<[f64; 2]> {
     if shade.is_none() {
         return vec![edge.t];
     }
-    let line = &stitching.sides[edge.side].line;
     let mut strips = Strips::new(g, line.surface, line.axis, options, Stop::NEVER);
     strips.dark_at_the_end(line.value, edge.t)
 }

@@ -207,7 +207,7 @@ mod tests {
 
     fn ring() -> ViewScene {
         let surface = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
-        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface }] };
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface, trims: None }] };
         ViewScene::new(&scene, &Camera::orthographic(DVec3::new(1.0, 0.3, 0.7), DVec3::Z).unwrap()).unwrap()
     }
 
