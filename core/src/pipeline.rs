@@ -298,7 +298,7 @@ impl Prepared {
         let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, &clusters, tolerance, stop);
         stop.check()?;
         monitor.begin(Stage::Visibility);
-        let occluders = Occluders::new(self.view.patches(), stop);
+        let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), stop);
         stop.check()?;
         let options = ClassifyOptions {
             method: self.options.visibility,

@@ -49,7 +49,7 @@ pub struct ModelStats {
     pub surfaces: u64,
     /// Bézier patches.
     pub patches: u64,
-    /// Trim loops; trimmed surfaces are refused so far.
+    /// Trim loops of all surfaces.
     pub trims: u64,
 }
 
@@ -248,7 +248,7 @@ impl Stats {
             places.iter().map(|place| Doubt { at: place.at.into(), why: place.why }).collect()
         };
         Self {
-            model: ModelStats { surfaces: core.surfaces, patches: core.patches, trims: 0 },
+            model: ModelStats { surfaces: core.surfaces, patches: core.patches, trims: core.trims },
             seconds,
             silhouette: SilhouetteStats {
                 cells: silhouette.cells as u64,

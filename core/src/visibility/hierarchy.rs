@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3, DVec4};
 use super::leaf::{Degrees, Enclosure, Equations, Tolerances, Window, halve};
 use super::pole::{Pole, poles};
 use crate::stop::Stop;
+use crate::trim::{Cover, Trims};
 use crate::view::{MAX_DEGREE, Patch};
 
 /// Lengths below this part of the scene's diagonal are not told apart: width of a border, depth of a contact. Coordinates
@@ -24,6 +25,10 @@ const LEAST_HALVINGS: u32 = 4;
 /// The same in a scene of one patch, one less for each doubling of the number of patches.
 const MOST_HALVINGS: u32 = 12;
 
+/// How far round a cell, as part of its size, trim curves count as entering it: roots are found outside a cell by the
+/// width of a border, 2 % of it at the most, and rounding.
+const NEAR_CELL: f64 = 0.025;
+
 /// Most leaves in one node.
 const BUCKET: usize = 4;
 
@@ -35,6 +40,8 @@ pub(super) struct PatchInfo {
     pub(super) degrees: Degrees,
     pub(super) u: [f64; 2],
     pub(super) v: [f64; 2],
+    /// Index of its surface's trims in `Occluders::trims`.
+    pub(super) trims: Option<usize>,
     /// For the sides u = 0, u = 1, v = 0, v = 1: the screen point (and nearest depth) on which the side collapses.
     pub(super) poles: [Option<Pole>; 4],
 }
@@ -60,6 +67,8 @@ pub(super) struct Leaf {
     pub(super) box_min: DVec2,
     pub(super) box_max: DVec2,
     pub(super) depth: [f64; 2],
+    /// Whether a trim curve enters the cell, or comes near.
+    pub(super) mixed: bool,
     /// For every sight line through the box, if the cell is regular for all of them.
     pub(super) regular: Option<Enclosure>,
 }
@@ -93,6 +102,7 @@ pub struct Occluders {
     pub(super) leaves: Vec<Leaf>,
     pub(super) nodes: Vec<Node>,
     pub(super) tolerances: Tolerances,
+    pub(super) trims: Vec<Trims>,
     size: f64,
     left_out: usize,
 }
@@ -106,6 +116,13 @@ impl Occluders {
     /// equal hits. O(n log n) in the number of cells.
     #[must_use]
     pub fn new(patches: &[Patch], stop: Stop<'_>) -> Self {
+        Self::trimmed(patches, &|_| None, stop)
+    }
+
+    /// As [`new`](Self::new), with what `trims` says of a surface, by its index: cells that are cut off as a whole are left
+    /// out, and in those that a trim curve enters each root is asked for (Elber and Cohen 1989, section 6, stage 2).
+    #[must_use]
+    pub fn trimmed<'a>(patches: &[Patch], trims: &dyn Fn(usize) -> Option<&'a Trims>, stop: Stop<'_>) -> Self {
         let (mut lo, mut hi, mut reach) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
         for h in patches.iter().flat_map(|p| &p.points) {
             let x = h.truncate() / h.w;
@@ -123,18 +140,25 @@ impl Occluders {
             leaves: Vec::new(),
             nodes: Vec::new(),
             tolerances,
+            trims: Vec::new(),
             size,
             left_out: 0,
         };
         let doublings = patches.len().max(1).ilog2();
         let halvings = MOST_HALVINGS.saturating_sub(doublings).max(LEAST_HALVINGS);
         let mut equations = Equations::EMPTY;
+        let mut last = None;
         for (index, patch) in patches.iter().enumerate() {
             if stop.is_wanted() {
                 break;
             }
             if has_area(patch, rounding) {
-                build.add(index, patch, halvings, &mut equations);
+                if last != Some(patch.surface) {
+                    build.trims.extend(trims(patch.surface).cloned());
+                    last = Some(patch.surface);
+                }
+                let own = trims(patch.surface).map(|_| build.trims.len() - 1);
+                build.add(index, patch, own, halvings, &mut equations);
             } else {
                 build.left_out += 1;
             }
@@ -168,7 +192,14 @@ impl Occluders {
         self.left_out
     }
 
-    fn add(&mut self, index: usize, patch: &Patch, halvings: u32, equations: &mut Equations) {
+    /// How a cell of a patch lies to the trims, with what is so near to it that a root of the cell may be there.
+    pub(super) fn cover(&self, patch: &PatchInfo, window: Window) -> Cover {
+        let Some(trims) = patch.trims.map(|k| &self.trims[k]) else { return Cover::Inside };
+        let room = (window.hi - window.lo) * NEAR_CELL;
+        trims.cover(patch.to_surface(window.lo - room), patch.to_surface(window.hi + room))
+    }
+
+    fn add(&mut self, index: usize, patch: &Patch, trims: Option<usize>, halvings: u32, equations: &mut Equations) {
         let degrees = Degrees { p: patch.degree_u, q: patch.degree_v };
         let n = degrees.len();
         let slot = self.patches.len();
@@ -178,12 +209,18 @@ impl Occluders {
             degrees,
             u: patch.u,
             v: patch.v,
+            trims,
             poles: poles(patch, self.tolerances.rounding),
         });
         let mut nets = patch.points.clone();
         let mut windows = vec![Window::WHOLE];
         while let Some(window) = windows.pop() {
             let start = nets.len() - n;
+            let cover = self.cover(&self.patches[slot], window);
+            if cover == Cover::Outside {
+                nets.truncate(start);
+                continue;
+            }
             let net = &mut nets[start..];
             let (box_min, box_max, depth) = bounds(net);
             let (centre, half) = (0.5 * (box_min + box_max), 0.5 * (box_max - box_min));
@@ -203,7 +240,8 @@ impl Occluders {
                 halve(net, rest, degrees, axis);
                 continue;
             }
-            let leaf = Leaf { patch: slot, net: self.nets.len(), window, box_min, box_max, depth, regular };
+            let mixed = cover == Cover::Mixed;
+            let leaf = Leaf { patch: slot, net: self.nets.len(), window, box_min, box_max, depth, mixed, regular };
             self.leaves.push(leaf);
             self.nets.extend_from_slice(&nets[start..]);
             nets.truncate(start);

@@ -8,6 +8,7 @@ use super::coverage::{Sector, coverage};
 use super::hierarchy::{Leaf, Occluders, PatchInfo};
 use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
 use super::pole::{Fan, Pole, pole_fan};
+use crate::trim::{Cover, Nearby, Trims};
 
 /// Halvings of a patch's parameter after which a cell is left undecided: 2⁻²⁶ is where the square of a cell's width, its
 /// extent across a fold on the screen, drowns in rounding.
@@ -317,12 +318,12 @@ impl Occluders {
             }
             excluded(patch, ray.exclude, &mut scratch.excluded);
             let free = !scratch.excluded.iter().any(|[lo, hi]| meets(*lo, *hi, window));
-            if free && leaf.depth[0] > ray.ceiling && enclosure.surely_inside(estimate) {
+            if free && !leaf.mixed && leaf.depth[0] > ray.ceiling && enclosure.surely_inside(estimate) {
                 return true;
             }
             match solve(net, patch.degrees, ray.q, enclosure, estimate, &mut scratch.stats.newton) {
                 Solution::Root(root) => {
-                    self.record(patch, window, enclosure, ray, root, scratch);
+                    self.record(patch, Cell { window, mixed: leaf.mixed }, enclosure, ray, root, scratch);
                     return false;
                 }
                 Solution::Empty => return false,
@@ -336,12 +337,12 @@ impl Occluders {
         scratch.nets.extend_from_slice(net);
         scratch.windows.clear();
         scratch.windows.push(window);
-        self.subdivide(patch, ray, scratch);
+        self.subdivide(patch, leaf.mixed, ray, scratch);
         false
     }
 
     /// Depth-first search of the roots in the cells on the stack of `scratch`.
-    fn subdivide(&self, patch: &PatchInfo, ray: &Ray<'_>, scratch: &mut RayScratch) {
+    fn subdivide(&self, patch: &PatchInfo, mixed: bool, ray: &Ray<'_>, scratch: &mut RayScratch) {
         let degrees = patch.degrees;
         let n = degrees.len();
         while let Some(window) = scratch.windows.pop() {
@@ -350,7 +351,8 @@ impl Occluders {
             }
             scratch.budget -= 1;
             let start = scratch.nets.len() - n;
-            match self.examine(patch, window, ray, scratch, start) {
+            let cell = Cell { window, mixed };
+            match self.examine(patch, cell, ray, scratch, start) {
                 Verdict::Done => scratch.nets.truncate(start),
                 Verdict::Halve(axis) => {
                     scratch.stats.halvings += 1;
@@ -365,14 +367,8 @@ impl Occluders {
     }
 
     /// Decides one cell, whose net starts at `start`, or says how to halve it.
-    fn examine(
-        &self,
-        patch: &PatchInfo,
-        window: Window,
-        ray: &Ray<'_>,
-        scratch: &mut RayScratch,
-        start: usize,
-    ) -> Verdict {
+    fn examine(&self, patch: &PatchInfo, cell: Cell, ray: &Ray<'_>, scratch: &mut RayScratch, start: usize) -> Verdict {
+        let window = cell.window;
         let net = &scratch.nets[start..];
         let degrees = patch.degrees;
         let border = self.tolerances.border;
@@ -383,7 +379,7 @@ impl Occluders {
         }
         let equations = &mut scratch.equations;
         equations.set(net, degrees, ray.q);
-        if equations.separated(&self.tolerances) {
+        if equations.separated(&self.tolerances) || (cell.mixed && self.cover(patch, window) == Cover::Outside) {
             return Verdict::Done;
         }
         let mut limit = [LIMIT; 2];
@@ -396,7 +392,7 @@ impl Occluders {
             if (ray.q - pole.at).abs().max_element() > border {
                 continue;
             }
-            if let Some(verdict) = self.at_pole(patch, window, side, &pole, scratch, start) {
+            if let Some(verdict) = self.at_pole(patch, cell, side, &pole, scratch, start) {
                 return verdict;
             }
         }
@@ -415,7 +411,7 @@ impl Occluders {
             if enclosure.is_regular() {
                 match solve(net, degrees, ray.q, &enclosure, enclosure.middle, &mut scratch.stats.newton) {
                     Solution::Root(root) => {
-                        self.record(patch, window, &enclosure, ray, root, scratch);
+                        self.record(patch, cell, &enclosure, ray, root, scratch);
                         return Verdict::Done;
                     }
                     Solution::Empty => return Verdict::Done,
@@ -442,7 +438,7 @@ impl Occluders {
     fn at_pole(
         &self,
         patch: &PatchInfo,
-        window: Window,
+        Cell { window, mixed }: Cell,
         side: usize,
         pole: &Pole,
         scratch: &mut RayScratch,
@@ -459,8 +455,8 @@ impl Occluders {
                         patch: patch.index,
                         uv: patch.to_surface(at),
                         z: pole.depth[1],
-                        // A side along the sight line has no depth of its own.
-                        grazing: pole.depth[1] - pole.depth[0] > self.tolerances.contact,
+                        // A side along the sight line has no depth of its own, and trims may leave a part of the sector.
+                        grazing: mixed || pole.depth[1] - pole.depth[0] > self.tolerances.contact,
                         border: true,
                     };
                     let (sector, merge) = (Some(sector), DVec2::ZERO);
@@ -492,10 +488,36 @@ impl Occluders {
         Verdict::Done
     }
 
+    /// How the root at the local parameters `at`, known to within `room`, lies to the trims. `jet` holds the derivatives of the
+    /// screen point by the parameters of the cell.
+    fn trimmed_sector(
+        &self,
+        trims: &Trims,
+        patch: &PatchInfo,
+        window: Window,
+        [a, b]: [DVec2; 2],
+        at: DVec2,
+        room: DVec2,
+    ) -> Beside {
+        match trims.nearby(patch.to_surface(at - room), patch.to_surface(at + room)) {
+            Nearby::None if trims.contains(patch.to_surface(at)) => Beside::Kept,
+            Nearby::None => Beside::CutOff,
+            Nearby::Several => Beside::Corner,
+            Nearby::Edge { direction, left } => {
+                let size = DVec2::new(patch.u[1] - patch.u[0], patch.v[1] - patch.v[0]) * (window.hi - window.lo);
+                let d = direction / size;
+                let along = a * d.x + b * d.y;
+                // The map to the screen keeps left and right, or exchanges them.
+                let kept_left = left == (a.perp_dot(b) > 0.0);
+                Beside::Edge(Sector::left_of(if kept_left { along } else { -along }))
+            }
+        }
+    }
+
     fn record(
         &self,
         patch: &PatchInfo,
-        window: Window,
+        Cell { window, mixed }: Cell,
         enclosure: &Enclosure,
         ray: &Ray<'_>,
         root: Root,
@@ -529,6 +551,17 @@ impl Occluders {
             (None, Some(d)) => Some(Sector::left_of(if a.perp_dot(d) > 0.0 { a } else { -a })),
             (Some(d), Some(e)) => Some(Sector::between(d, e)),
         };
+        let merge = 2.0 * margin * (window.hi - window.lo);
+        let (trimmed, sector) = match patch.trims.filter(|_| mixed).map(|k| &self.trims[k]) {
+            Some(trims) => match self.trimmed_sector(trims, patch, window, [a, b], inside, merge) {
+                Beside::CutOff => return,
+                Beside::Kept => (false, sector),
+                // Two borders at once are left to another sight line.
+                Beside::Edge(half) => (sector.is_some(), Some(half)),
+                Beside::Corner => (true, sector),
+            },
+            None => (false, sector),
+        };
         // A cell so narrow that both of its sides are the same border says nothing of either.
         let narrow = (on(0) && on(1)) || (on(2) && on(3));
         let hit = Hit {
@@ -536,13 +569,29 @@ impl Occluders {
             patch: patch.index,
             uv: patch.to_surface(inside),
             z,
-            grazing: narrow || enclosure.noise.max_element() > GRAZING,
+            grazing: narrow || trimmed || enclosure.noise.max_element() > GRAZING,
             border: sector.is_some(),
         };
-        let merge = 2.0 * margin * (window.hi - window.lo);
         let slope = gradient.length();
         scratch.crossings.push(Crossing { hit, at, merge, pole: false, positive: det > 0.0, sector, slope });
     }
+}
+
+/// A cell of a patch that is searched, and whether a trim curve enters it or the leaf that it is part of.
+#[derive(Clone, Copy)]
+struct Cell {
+    window: Window,
+    mixed: bool,
+}
+
+/// How a root lies to the trims of its surface.
+enum Beside {
+    CutOff,
+    Kept,
+    /// On a trim curve, beside which the surface fills this half plane.
+    Edge(Sector),
+    /// On several trim curves.
+    Corner,
 }
 
 /// What is to be done with a cell.

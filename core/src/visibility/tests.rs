@@ -1,5 +1,6 @@
 //! Sight lines against shapes whose sheets can be counted by hand, by closed form or by dense triangulation.
 
+use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::SQRT_2;
 
@@ -10,6 +11,7 @@ use super::{Exclusion, Occluders, RayAnswer, RayScratch, Unclear};
 use crate::nurbs::Surface;
 use crate::shape::{self, Frame};
 use crate::stop::Stop;
+use crate::trim::Trims;
 use crate::view::{Camera, Patch};
 
 /// A patch of surface `surface` on u × v from homogeneous model points, seen through `view`.
@@ -491,6 +493,60 @@ proptest! {
         } else {
             // Only where the surface turns back under the sight line.
             prop_assert!(around.iter().any(|a| a.qi != around[0].qi), "{:?} {:?}", answer, around);
+        }
+    }
+}
+
+/// A disc of radius ½ in the middle of the square [−1, 1]² and what is left of the square, the one in 16 patches and the other
+/// in one: surfaces 0 and 1.
+fn disc_and_rest() -> (Vec<Patch>, [Trims; 2]) {
+    let square = shape::plane(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).unwrap();
+    let there = DMat4::from_translation(DVec3::new(0.5, 0.5, 0.0));
+    let round = vec![shape::circle(&Frame::WORLD, 0.25).unwrap().transformed(there).unwrap()];
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+    let outline = vec![shape::polyline(&corners.map(|c| DVec3::new(c[0], c[1], 0.0))).unwrap()];
+    let mut fine = square.clone();
+    for k in [0.25, 0.5, 0.75] {
+        fine = fine.insert_knot_u(k, 1).unwrap().insert_knot_v(k, 1).unwrap();
+    }
+    let mut patches = fine.bezier_patches(0);
+    patches.extend(square.bezier_patches(1));
+    let disc = Trims::new(&fine, core::slice::from_ref(&round)).unwrap();
+    (patches, [disc, Trims::new(&square, &[outline, round]).unwrap()])
+}
+
+#[test]
+fn a_trimmed_sheet_counts_where_it_is_kept() {
+    let (patches, trims) = disc_and_rest();
+    for kept in [0, 1] {
+        let only = |surface: usize| Some(&trims[kept]).filter(|_| surface == kept);
+        let own: Vec<Patch> = patches.iter().filter(|p| p.surface == kept).cloned().collect();
+        let o = Occluders::trimmed(&own, &only, Stop::NEVER);
+        let mut scratch = RayScratch::new();
+        for k in 0..200 {
+            let angle = 0.7 + 0.4 * f64::from(k);
+            let d = DVec2::new(libm::cos(angle), libm::sin(angle));
+            for r in [0.01, 0.3, 0.49, 0.5 - 1e-7, 0.5 + 1e-7, 0.51, 0.9] {
+                let at = (d * r).extend(-1.0);
+                assert_eq!(o.query(at, &[], &mut scratch), clear(u32::from((r < 0.5) == (kept == 0))), "{r} {angle}");
+            }
+            // The border itself is an open one.
+            let on = o.query((d * 0.5).extend(-1.0), &[], &mut scratch);
+            assert_eq!((on.qi, on.clear), (0, false), "{angle}");
+        }
+    }
+}
+
+#[test]
+fn what_fills_a_hole_counts_one_sheet_on_its_border_too() {
+    let (patches, trims) = disc_and_rest();
+    let o = Occluders::trimmed(&patches, &|s| Some(&trims[s]), Stop::NEVER);
+    let mut scratch = RayScratch::new();
+    for k in 0..200 {
+        let angle = 0.7 + 0.4 * f64::from(k);
+        let d = DVec2::new(libm::cos(angle), libm::sin(angle));
+        for r in [0.1, 0.5 - 1e-12, 0.5, 0.5 + 1e-12, 0.8] {
+            assert_eq!(o.query((d * r).extend(-1.0), &[], &mut scratch), clear(1), "{r} {angle}");
         }
     }
 }

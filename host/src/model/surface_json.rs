@@ -3,10 +3,10 @@
 use std::fmt;
 
 use glam::DVec4;
-use penvis_core::nurbs::{KnotVector, NurbsError, Surface};
+use penvis_core::nurbs::{Curve, KnotVector, NurbsError, Surface};
 use penvis_core::scene::{Scene, SceneSurface};
+use penvis_core::trim::Trims;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use serde_path_to_error::{Path, Segment};
 
 use super::view::{View, ViewJson};
@@ -26,7 +26,14 @@ struct SurfaceJson {
     knots_u: Vec<f64>,
     knots_v: Vec<f64>,
     control_points: Vec<Vec<[f64; 4]>>,
-    trim_loops: Option<Vec<IgnoredAny>>,
+    trim_loops: Option<Vec<Vec<TrimCurveJson>>>,
+}
+
+#[derive(Deserialize)]
+struct TrimCurveJson {
+    degree: usize,
+    knots: Vec<f64>,
+    control_points: Vec<[f64; 3]>,
 }
 
 /// What is wrong in a model file, and where.
@@ -54,7 +61,7 @@ impl fmt::Display for Fault {
 
 /// The scene and the view of a surface JSON file. `stem` names the model when the file does not.
 ///
-/// Keys that are not known are ignored. A surface with trim loops is refused, because drawing it whole would be wrong.
+/// Keys that are not known are ignored. An empty list of trim loops keeps the whole surface, as none does.
 ///
 /// # Errors
 /// The first [`Fault`], whatever the bytes are.
@@ -76,8 +83,9 @@ pub(super) fn read(bytes: &[u8], stem: &str) -> Result<(Scene, Option<View>), Fa
     let mut surfaces = Vec::with_capacity(file.surfaces.len());
     for (index, surface) in file.surfaces.into_iter().enumerate() {
         let name = surface.name.clone().unwrap_or_else(|| format!("surface {index}"));
-        let surface = checked(surface).map_err(|(field, problem)| Fault { surface: Some(index), field, problem })?;
-        surfaces.push(SceneSurface { name, surface, trims: None });
+        let fault = |(field, problem)| Fault { surface: Some(index), field, problem };
+        let (surface, trims) = checked(surface).map_err(fault)?;
+        surfaces.push(SceneSurface { name, surface, trims });
     }
     Ok((Scene { name: file.name.unwrap_or_else(|| stem.to_owned()), surfaces }, view))
 }
@@ -106,18 +114,9 @@ fn fault_of_path(path: &Path, error: &serde_json::Error) -> Fault {
     Fault { surface, field, problem: error.to_string() }
 }
 
-/// The checked surface, or the field and what is wrong with it.
-fn checked(json: SurfaceJson) -> Result<Surface, (String, String)> {
+/// The checked surface and its trims, or the field and what is wrong with it.
+fn checked(json: SurfaceJson) -> Result<(Surface, Option<Trims>), (String, String)> {
     let fault = |field: &str, problem: String| Err((field.to_owned(), problem));
-    if let Some(loops) = json.trim_loops.filter(|loops| !loops.is_empty()) {
-        let count = loops.len();
-        return fault(
-            "trim_loops",
-            format!(
-                "has {count}, and trimmed surfaces are not supported yet; remove the trim loops to draw the whole surface"
-            ),
-        );
-    }
     let knots_u = knots(json.knots_u, json.degree_u, "u")?;
     let knots_v = knots(json.knots_v, json.degree_v, "v")?;
     let (nu, nv) = (knots_u.control_count(), knots_v.control_count());
@@ -140,7 +139,7 @@ fn checked(json: SurfaceJson) -> Result<Surface, (String, String)> {
         }
         points.extend(row.into_iter().map(DVec4::from));
     }
-    Surface::new(knots_u, knots_v, points).map_err(|error| match error {
+    let surface = Surface::new(knots_u, knots_v, points).map_err(|error| match error {
         NurbsError::Weight { index, weight } => (
             format!("control_points[{}][{}]", index / nv, index % nv),
             format!("has weight {weight}; weights must be positive and finite"),
@@ -150,22 +149,69 @@ fn checked(json: SurfaceJson) -> Result<Surface, (String, String)> {
             "overflows with its weight; make coordinates or weight smaller".into(),
         ),
         other => ("control_points".into(), other.to_string()),
+    })?;
+    let loops = json.trim_loops.filter(|loops| !loops.is_empty());
+    let trims = loops.map(|loops| trims(loops, &surface)).transpose()?;
+    Ok((surface, trims))
+}
+
+/// The checked trims, or the field and what is wrong with it.
+fn trims(loops: Vec<Vec<TrimCurveJson>>, surface: &Surface) -> Result<Trims, (String, String)> {
+    let mut all = Vec::with_capacity(loops.len());
+    for (index, curves) in loops.into_iter().enumerate() {
+        let curve = |(k, json)| trim_curve(json, &format!("trim_loops[{index}][{k}]"));
+        all.push(curves.into_iter().enumerate().map(curve).collect::<Result<Vec<Curve>, _>>()?);
+    }
+    Trims::new(surface, &all).map_err(|error| {
+        let field = match error.place() {
+            (Some(index), Some(curve)) => format!("trim_loops[{index}][{curve}]"),
+            (Some(index), None) => format!("trim_loops[{index}]"),
+            (None, _) => "trim_loops".to_owned(),
+        };
+        (field, error.to_string())
+    })
+}
+
+/// One trim curve, a curve of (u, v, 0); `place` is where it stands in the surface.
+fn trim_curve(json: TrimCurveJson, place: &str) -> Result<Curve, (String, String)> {
+    let knots = KnotVector::new(json.knots, json.degree)
+        .map_err(|error| (format!("{place}.{}", knot_field(&error, "degree", "knots")), error.to_string()))?;
+    let expected = knots.control_count();
+    if json.control_points.len() != expected {
+        let count = json.control_points.len();
+        return Err((
+            format!("{place}.control_points"),
+            format!("has {count} points, but knots and degree ask for {expected} (knots − degree − 1)"),
+        ));
+    }
+    let points = json.control_points.into_iter().map(|[u, v, w]| DVec4::new(u, v, 0.0, w)).collect();
+    Curve::new(knots, points).map_err(|error| match error {
+        NurbsError::Weight { index, weight } => (
+            format!("{place}.control_points[{index}]"),
+            format!("has weight {weight}; weights must be positive and finite"),
+        ),
+        NurbsError::PointNotFinite { index } => (
+            format!("{place}.control_points[{index}]"),
+            "overflows with its weight; make coordinates or weight smaller".into(),
+        ),
+        other => (format!("{place}.control_points"), other.to_string()),
     })
 }
 
 fn knots(knots: Vec<f64>, degree: usize, direction: &str) -> Result<KnotVector, (String, String)> {
-    KnotVector::new(knots, degree).map_err(|error| {
-        let field = match error {
-            NurbsError::Degree { .. } => format!("degree_{direction}"),
-            NurbsError::KnotNotFinite { index, .. }
-            | NurbsError::KnotDecreases { index, .. }
-            | NurbsError::Multiplicity { index, .. } => {
-                format!("knots_{direction}[{index}]")
-            }
-            _ => format!("knots_{direction}"),
-        };
-        (field, error.to_string())
-    })
+    let names = [format!("degree_{direction}"), format!("knots_{direction}")];
+    KnotVector::new(knots, degree).map_err(|error| (knot_field(&error, &names[0], &names[1]), error.to_string()))
+}
+
+/// The field that an error in a knot vector is about, of those for the degree and for the knots.
+fn knot_field(error: &NurbsError, degree: &str, knots: &str) -> String {
+    match error {
+        NurbsError::Degree { .. } => degree.to_owned(),
+        NurbsError::KnotNotFinite { index, .. }
+        | NurbsError::KnotDecreases { index, .. }
+        | NurbsError::Multiplicity { index, .. } => format!("{knots}[{index}]"),
+        _ => knots.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -264,15 +310,47 @@ mod tests {
         assert!(read(twice.as_bytes(), "file").unwrap_err().to_string().contains("line 2 column 1"));
     }
 
+    /// A triangle in two curves, the second of them rational.
+    fn triangle() -> Value {
+        json!([
+            {"degree": 1, "knots": [0, 0, 1, 2, 2], "control_points": [[0.5, 0.75, 1], [0.25, 0.25, 1], [0.75, 0.25, 1]]},
+            {"degree": 2, "knots": [0, 0, 0, 1, 1, 1],
+             "control_points": [[0.75, 0.25, 1], [0.75, 0.5, 2], [0.5, 0.75, 1]]}
+        ])
+    }
+
     #[test]
-    fn trimmed_surfaces_are_refused_and_empty_trims_are_none() {
+    fn trim_loops_are_read_and_empty_ones_are_none() {
         let mut model = model();
-        model["surfaces"][1]["trim_loops"] = json!([]);
-        assert!(read_value(&model).is_ok());
-        model["surfaces"][1]["trim_loops"] =
-            json!([[{"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0, 1], [1, 1, 1]]}]]);
-        let message = read_value(&model).unwrap_err().to_string();
-        assert!(message.starts_with("surface 1: trim_loops: ") && message.contains("not supported yet"), "{message}");
+        model["surfaces"][0]["trim_loops"] = json!([]);
+        model["surfaces"][1]["trim_loops"] = json!([triangle()]);
+        let (scene, _) = read_value(&model).unwrap();
+        assert!(scene.surfaces[0].trims.is_none());
+        let trims = scene.surfaces[1].trims.as_ref().unwrap();
+        assert_eq!(trims.loops().len(), 1);
+        assert_eq!(trims.bounds().0.to_array(), [0.25, 0.25]);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_trim_loop_is_named() {
+        let found = |pointer: &str, value: Value| {
+            let mut model = model();
+            model["surfaces"][1]["trim_loops"] = json!([triangle(), triangle()]);
+            *model.pointer_mut(&format!("/surfaces/1/trim_loops{pointer}")).unwrap() = value;
+            read_value(&model).unwrap_err().to_string()
+        };
+        let begins = |pointer: &str, value: Value, place: &str| {
+            let message = found(pointer, value);
+            assert!(message.starts_with(&format!("surface 1: trim_loops{place}: ")), "{message}");
+        };
+        begins("/1/0/degree", json!(0), "[1][0].degree");
+        begins("/1/0/knots/1", json!(3), "[1][0].knots[2]");
+        begins("/1/1/control_points", json!([[0, 0, 1]]), "[1][1].control_points");
+        begins("/1/1/control_points/1/2", json!(-1), "[1][1].control_points[1]");
+        begins("/1/1/control_points/2/0", json!(0.6), "[1][1]");
+        begins("/1/0/control_points/1/0", json!(-0.25), "[1][0]");
+        begins("/1", json!([]), "[1]");
+        begins("/1/0/control_points/1", json!("a"), "[1][0].control_points[1]");
     }
 
     /// Every place of a JSON value, as pointers.
