@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use glam::DVec3;
 use penvis_core::nurbs::Surface;
+use penvis_core::scene::SceneSurface;
 
 use crate::builtin;
 use crate::error::Error;
@@ -57,6 +58,12 @@ fn describe(model: &Model) -> String {
         let (members, pieces) = (count(members, "surface"), count(pieces, "patch"));
         let _ = writeln!(text, "degree    {u} × {v}, {rational}: {members}, {pieces}");
     }
+    let trims: Vec<usize> =
+        model.scene.surfaces.iter().filter_map(|s| s.trims.as_ref()).map(|t| t.loops().len()).collect();
+    if !trims.is_empty() {
+        let (members, loops) = (count(trims.len(), "surface"), count(trims.iter().sum(), "loop"));
+        let _ = writeln!(text, "trimmed   {members}, by {loops}");
+    }
     let (low, high) = control_box(surfaces.iter().copied());
     for (axis, k) in [("x", 0), ("y", 1), ("z", 2)] {
         let _ = writeln!(text, "control {axis} {} to {}", short(low[k]), short(high[k]));
@@ -67,7 +74,7 @@ fn describe(model: &Model) -> String {
             let _ = writeln!(text, "name      surface {index}: {}", part.name);
         }
     }
-    let problems = problems(&surfaces);
+    let problems = problems(&model.scene.surfaces);
     if problems.is_empty() {
         text.push_str("problems  none\n");
     }
@@ -123,11 +130,11 @@ fn control_box<'a>(surfaces: impl Iterator<Item = &'a Surface>) -> (DVec3, DVec3
 }
 
 /// What is legal, and still not likely meant.
-fn problems(surfaces: &[&Surface]) -> Vec<String> {
+fn problems(parts: &[SceneSurface]) -> Vec<String> {
     let mut found = Vec::new();
     let mut seen: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
-    for (index, surface) in surfaces.iter().enumerate() {
-        let (low, high) = control_box(std::iter::once(*surface));
+    for (index, SceneSurface { surface, trims, .. }) in parts.iter().enumerate() {
+        let (low, high) = control_box(std::iter::once(surface));
         if low == high {
             found.push(format!("surface {index} is the single point {}; remove it", triple(low)));
         }
@@ -135,7 +142,7 @@ fn problems(surfaces: &[&Surface]) -> Vec<String> {
         let bits = |x: &f64| x.to_bits();
         let mut key: Vec<u64> = surface.homogeneous().iter().flat_map(|h| h.to_array()).map(|x| bits(&x)).collect();
         key.extend(surface.knots_u().as_slice().iter().chain(surface.knots_v().as_slice()).map(bits));
-        if let Some(first) = seen.get(&key) {
+        if let Some(first) = seen.get(&key).filter(|&&first| parts[first].trims == *trims) {
             found.push(format!("surface {index} is the same as surface {first}; remove one of them"));
         } else {
             seen.insert(key, index);

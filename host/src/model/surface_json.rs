@@ -382,6 +382,7 @@ mod tests {
         #[test]
         fn mutated_models_never_panic(mutations in prop::collection::vec((any::<prop::sample::Index>(), junk()), 1..4)) {
             let mut model = model();
+            model["surfaces"][0]["trim_loops"] = json!([triangle()]);
             for (index, junk) in mutations {
                 let mut all = Vec::new();
                 places(&model, "", &mut all);
@@ -394,7 +395,9 @@ mod tests {
         fn mutated_bytes_never_panic(
             at in any::<prop::sample::Index>(), len in 0_usize..40, with in prop::collection::vec(any::<u8>(), 0..20)
         ) {
-            let mut bytes = model().to_string().into_bytes();
+            let mut model = model();
+            model["surfaces"][0]["trim_loops"] = json!([triangle()]);
+            let mut bytes = model.to_string().into_bytes();
             let at = at.index(bytes.len());
             let end = (at + len).min(bytes.len());
             bytes.splice(at..end, with);
