@@ -28,6 +28,8 @@ pub struct TrimLine {
     pub surface: usize,
     /// The spans, end to end.
     pub spans: Vec<TrimSpan>,
+    /// Positions at equal steps of the parameter, [`SAMPLES`] a span, in view space.
+    samples: Vec<DVec3>,
 }
 
 /// Places a span at which a search for the nearest point begins: spans run one way in u and v.
@@ -61,22 +63,29 @@ impl TrimLine {
                 || on_corner_line(view, surface, trims, after.from())
         };
         let first = (0..count).find(|&k| begins(k)).unwrap_or(0);
-        let mut line = Self { surface, spans: Vec::new() };
+        let mut spans = Vec::new();
         for k in (first..first + count).map(|k| k % count) {
-            if begins(k) && !line.spans.is_empty() {
-                out.push(core::mem::replace(&mut line, Self { surface, spans: Vec::new() }));
+            if begins(k) && !spans.is_empty() {
+                out.push(Self::new(view, surface, core::mem::take(&mut spans)));
             }
             if let Some(left) = pieces[k].keeps_left().filter(|_| is_edge(&pieces[k])) {
-                line.spans.push(TrimSpan {
+                spans.push(TrimSpan {
                     patch: patch_beside(view, surface, &pieces[k], left),
                     piece: pieces[k].clone(),
                     left,
                 });
             }
         }
-        if !line.spans.is_empty() {
-            out.push(line);
+        if !spans.is_empty() {
+            out.push(Self::new(view, surface, spans));
         }
+    }
+
+    fn new(view: &ViewScene, surface: usize, spans: Vec<TrimSpan>) -> Self {
+        let count = spans.len() as u32 * SAMPLES;
+        let mut line = Self { surface, spans, samples: Vec::new() };
+        line.samples = (0..=count).map(|k| line.point(view, f64::from(k) / f64::from(SAMPLES))).collect();
+        line
     }
 
     /// Interval of the parameter.
@@ -160,13 +169,11 @@ impl TrimLine {
     #[must_use]
     pub fn nearest(&self, view: &ViewScene, p: DVec3) -> (f64, f64) {
         let [a, b] = self.domain();
-        let samples = self.spans.len() as u32 * SAMPLES;
         let mut best = (a, f64::INFINITY);
-        for k in 0..=samples {
-            let t = f64::from(k) / f64::from(SAMPLES);
-            let d = self.point(view, t).distance_squared(p);
+        for (k, sample) in self.samples.iter().enumerate() {
+            let d = sample.distance_squared(p);
             if d < best.1 {
-                best = (t, d);
+                best = (k as f64 / f64::from(SAMPLES), d);
             }
         }
         let found = self.nearest_beside(view, p, best.0);
@@ -220,4 +227,75 @@ fn patch_beside(view: &ViewScene, surface: usize, piece: &TrimPiece, left: bool)
     // Up along v, the left is at smaller u; to the right along u, it is at larger v.
     let below = [left == (run.y > 0.0), left != (run.x > 0.0)];
     view.locate(surface, piece.eval(0.5), below).0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::Curve;
+    use crate::scene::{Scene, SceneSurface};
+    use crate::shape::{Frame, circle, polyline, torus};
+    use crate::view::Camera;
+    use alloc::vec;
+    use glam::DMat4;
+
+    fn circle_about(x: f64, y: f64, radius: f64) -> Vec<Curve> {
+        let there = DMat4::from_translation(DVec3::new(x, y, 0.0));
+        vec![circle(&Frame::WORLD, radius).unwrap().transformed(there).unwrap()]
+    }
+
+    /// A torus, trimmed, seen from above: view coordinates are model coordinates.
+    fn view(loops: &[Vec<Curve>]) -> ViewScene {
+        let surface = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
+        let trims = Some(Trims::new(&surface, loops).unwrap());
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface, trims }] };
+        ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn lines_run_from_corner_to_corner_inside_patches_and_leave_the_border_out() {
+        // The torus has knots at quarters, where it is merely continuous: a curve over them has corners there.
+        let corners = [[0.3, 0.3], [0.45, 0.3], [0.45, 0.45], [0.3, 0.45], [0.3, 0.3]];
+        let square = vec![polyline(&corners.map(|c| DVec3::new(c[0], c[1], 0.0))).unwrap()];
+        let corners = [[0.0, 0.6], [0.1, 0.6], [0.1, 0.7], [0.0, 0.7], [0.0, 0.6]];
+        let beside = vec![polyline(&corners.map(|c| DVec3::new(c[0], c[1], 0.0))).unwrap()];
+        let round = circle_about(0.625, 0.625, 0.05);
+        let view = view(&[square, beside, round]);
+        let lines = TrimLine::all(&view, 0);
+        assert_eq!(lines.len(), 4 + 3 + 1);
+        for line in &lines {
+            for (k, span) in line.spans.iter().enumerate() {
+                let patch = &view.patches()[span.patch];
+                for s in [0.0, 0.5, 1.0] {
+                    let at = patch.to_local(span.piece.eval(s));
+                    assert!(at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all(), "{at}");
+                }
+                if k > 0 {
+                    assert_eq!(line.spans[k - 1].piece.to(), span.piece.from());
+                }
+            }
+        }
+        let [a, b] = lines[7].domain();
+        assert_eq!(lines[7].uv(a), lines[7].uv(b));
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_points_and_the_nearest_point_of_one_on_it_is_itself() {
+        let view = view(&[circle_about(0.4, 0.5, 0.3)]);
+        for line in TrimLine::all(&view, 0) {
+            let [a, b] = line.domain();
+            for k in 0..40 {
+                let t = a + (b - a) * (f64::from(k) + 0.37) / 40.0;
+                let (p, d) = line.jet(&view, t);
+                assert!(p.distance(view.model_point(0, line.uv(t))) < 1e-13);
+                let h = 1e-6;
+                let quotient = (line.point(&view, t + h) - line.point(&view, t - h)) / (2.0 * h);
+                assert!((quotient - d).length() < 1e-6 * d.length(), "{t}");
+                let (found, distance) = line.nearest(&view, p);
+                assert!((found - t).abs() < 1e-7 && distance < 1e-12, "{t}: {found} {distance}");
+                let (lo, hi) = line.bounds(&view);
+                assert!(p.cmpge(lo).all() && p.cmple(hi).all());
+            }
+        }
+    }
 }

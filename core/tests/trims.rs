@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat4, DVec2, DVec3};
+use penvis_core::extract::adaptive::{AdaptiveOptions, Direction, Spacing};
 use penvis_core::nurbs::{Curve, Surface};
 use penvis_core::pipeline::{DrawOptions, Prepared, Traced};
 use penvis_core::scene::{Scene, SceneSurface};
@@ -180,4 +181,33 @@ fn a_plug_that_fills_a_hole_leaves_no_trace_of_it() {
             near(length(&picture, kind, Some(2)), 0.0);
         }
     }
+}
+
+#[test]
+fn adaptive_isocurves_cover_what_is_kept_and_its_borders() {
+    // Half a square, by trims along three of its borders, next to the other half, which goes on smoothly.
+    let half = trimmed(square(2.0, 0.0), &[rectangle([0.0, 0.5], [0.0, 1.0])]);
+    let other = plane(DVec3::new(0.0, -1.0, 0.0), DVec3::X, DVec3::Y * 2.0).expect("a plane");
+    let scene = Scene { name: "halves".into(), surfaces: vec![half, whole(other)] };
+    let camera = Camera::orthographic(DVec3::Z, DVec3::Y).expect("a camera");
+    let options = DrawOptions { isos: 0, ..DrawOptions::default() };
+    let mut prepared = Prepared::new(&scene, &camera, &options, &()).expect("a picture");
+    let adaptive = AdaptiveOptions {
+        spacing: 0.3,
+        measured: Spacing::Screen,
+        direction: Direction::Both,
+        tone: None,
+        levels: 1,
+        shortest: 0.01,
+    };
+    prepared.cover(&adaptive, &()).expect("nothing stops it");
+    let picture = prepared.trace(1e-7, &()).expect("nothing stops it");
+    let isos = || picture.strokes.iter().filter(|s| s.kind == CurveKind::Iso);
+    assert!(isos().any(|s| s.surface == 0) && isos().any(|s| s.surface == 1));
+    let points = isos().flat_map(|s| s.points.iter().map(move |p| (s.surface, p.model)));
+    for (surface, p) in points {
+        assert!(if surface == 0 { p.x < 1e-6 } else { p.x > -1e-6 }, "{surface}: {p}");
+    }
+    near(length(&picture, CurveKind::Boundary, None), 8.0);
+    near(length(&picture, CurveKind::Crease, None), 0.0);
 }
