@@ -132,7 +132,7 @@ fn control_box<'a>(surfaces: impl Iterator<Item = &'a Surface>) -> (DVec3, DVec3
 /// What is legal, and still not likely meant.
 fn problems(parts: &[SceneSurface]) -> Vec<String> {
     let mut found = Vec::new();
-    let mut seen: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+    let mut seen: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
     for (index, SceneSurface { surface, trims, .. }) in parts.iter().enumerate() {
         let (low, high) = control_box(std::iter::once(surface));
         if low == high {
@@ -142,10 +142,10 @@ fn problems(parts: &[SceneSurface]) -> Vec<String> {
         let bits = |x: &f64| x.to_bits();
         let mut key: Vec<u64> = surface.homogeneous().iter().flat_map(|h| h.to_array()).map(|x| bits(&x)).collect();
         key.extend(surface.knots_u().as_slice().iter().chain(surface.knots_v().as_slice()).map(bits));
-        if let Some(first) = seen.get(&key).filter(|&&first| parts[first].trims == *trims) {
-            found.push(format!("surface {index} is the same as surface {first}; remove one of them"));
-        } else {
-            seen.insert(key, index);
+        let alike = seen.entry(key).or_default();
+        match alike.iter().find(|&&first| parts[first].trims == *trims) {
+            Some(first) => found.push(format!("surface {index} is the same as surface {first}; remove one of them")),
+            None => alike.push(index),
         }
     }
     found
@@ -153,6 +153,10 @@ fn problems(parts: &[SceneSurface]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use penvis_core::nurbs::Curve;
+    use penvis_core::shape::polyline;
+    use penvis_core::trim::Trims;
+
     use super::*;
 
     #[test]
@@ -176,6 +180,26 @@ mod tests {
     fn a_surface_that_is_there_twice_is_a_problem() {
         let text = describe(&model::load(&["saddle".into(), "saddle".into()]).unwrap());
         assert!(text.contains("problem   surface 1 is the same as surface 0"), "{text}");
+    }
+
+    #[test]
+    fn trims_are_counted_and_parts_of_one_surface_are_no_problem() {
+        let mut model = model::load(&["box".into()]).unwrap();
+        let surface = model.scene.surfaces[0].surface.clone();
+        let triangle = |x: f64| {
+            let corners = [[x, 0.1], [x + 0.3, 0.1], [x, 0.9], [x, 0.1]].map(|c| DVec3::new(c[0], c[1], 0.0));
+            vec![polyline(&corners).unwrap()]
+        };
+        let part = |loops: &[Vec<Curve>]| SceneSurface {
+            name: "part".into(),
+            surface: surface.clone(),
+            trims: Some(Trims::new(&surface, loops).unwrap()),
+        };
+        model.scene.surfaces = vec![part(&[triangle(0.1), triangle(0.6)]), part(&[triangle(0.3)])];
+        let text = describe(&model);
+        assert!(text.contains("\ntrimmed   2 surfaces, by 3 loops\n") && text.ends_with("problems  none\n"), "{text}");
+        model.scene.surfaces.push(part(&[triangle(0.3)]));
+        assert!(describe(&model).contains("surface 2 is the same as surface 1"));
     }
 
     #[test]
