@@ -125,11 +125,29 @@ fn bad_models_leave_one_line_and_no_file() {
 }
 
 #[test]
-fn trims_are_refused_and_not_dropped() {
+fn trims_are_drawn_and_counted_and_what_is_wrong_with_one_is_named() {
     let mut model = model();
-    model["surfaces"][0]["trim_loops"] =
-        json!([[{"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0, 1], [1, 1, 1]]}]]);
-    refused(&folder_with(&model), "draw model.json -o a.svg", "error: model.json: surface 0: trim_loops: ");
+    let triangle = |tip: f64| {
+        json!([{"degree": 1, "knots": [0, 0, 1, 2, 3, 3],
+                "control_points": [[0.2, 0.2, 1], [0.7, 0.3, 1], [0.4, 0.8, 1], [0.2, tip, 1]]}])
+    };
+    model["surfaces"][0]["trim_loops"] = json!([triangle(0.2)]);
+    let folder = folder_with(&model);
+    let output = penvis(folder.path(), "draw model.json --iso 0 -o a.json --stats s.json");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read =
+        |name: &str| -> Value { serde_json::from_str(&fs::read_to_string(folder.path().join(name)).unwrap()).unwrap() };
+    assert_eq!(read("s.json")["model"]["trims"], 1);
+    // The surface is z = u + v − 2 u v over (u, v) = (x, y); its own borders are cut off.
+    let drawing = read("a.json");
+    let points = drawing["polylines"].as_array().unwrap().iter().flat_map(|p| p["points"].as_array().unwrap());
+    for p in points {
+        let [x, y, z] = [0, 1, 2].map(|k| p[k].as_f64().unwrap());
+        assert!((0.2..=0.7).contains(&x) && (0.2..=0.8).contains(&y), "{p}");
+        assert!((z - (x + y - 2.0 * x * y)).abs() < 1e-9, "{p}");
+    }
+    model["surfaces"][0]["trim_loops"] = json!([triangle(0.3)]);
+    refused(&folder_with(&model), "draw model.json -o a.svg", "error: model.json: surface 0: trim_loops[0][0]: ");
 }
 
 #[test]
