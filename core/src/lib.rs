@@ -13,7 +13,7 @@
 //! | [`trim`] | which part of a surface there is |
 //! | [`scene`] | the surfaces of a model |
 //! | [`view`] | camera, and homogeneous Bézier patches with the eye at z = +∞ |
-//! | [`line`], [`trim_line`] | lines of constant u or v, and along trim curves |
+//! | [`mod@line`], [`trim_line`] | lines of constant u or v, and along trim curves |
 //! | [`stitch`] | which boundaries coincide: free edges, creases, smooth seams |
 //! | [`extract`] | boundary, crease, silhouette and isoparametric curves |
 //! | [`arrange`] | the curves split where their visibility can change |

@@ -2,8 +2,9 @@
 //!
 //! Surfaces carry no topology. Two boundary curves that coincide over an interval are one edge: a smooth join is a
 //! *seam* (not inked, silhouettes chain across it), a sharp one is a *crease*, inked once. What coincides with nothing
-//! is a free *boundary*. A boundary may meet several others along parts of itself, so edges are intervals of sides. Where a
-//! surface is trimmed its boundary is made of what trim curves keep of its borders, and of the trim curves themselves.
+//! is a free *boundary*. A boundary may meet several others along parts of itself, so edges are intervals of sides.
+//! Where a surface is trimmed its boundary is made of what trim curves keep of its borders, and of the trim curves
+//! themselves.
 
 use alloc::vec::Vec;
 
@@ -64,8 +65,8 @@ pub struct StitchOptions {
 pub struct Stitching {
     /// Four sides a surface: u low, u high, v low, v high; then the trim curves of all surfaces.
     pub sides: Vec<Side>,
-    /// Edges in the order of their sides, along each side in the order of its parameter. Poles have none, nor has what is
-    /// cut off.
+    /// Edges in the order of their sides, along each side in the order of its parameter. Poles have none, nor has what
+    /// is cut off.
     pub edges: Vec<Edge>,
     /// Number of surfaces.
     surfaces: usize,

@@ -20,8 +20,8 @@ pub struct TrimSpan {
 
 /// A part of a trim loop without corners.
 ///
-/// Its parameter t runs from 0 to the number of spans; the integer part names the span, the fraction is the parameter of its
-/// curve. A loop without corners is one line, whose ends are one point.
+/// Its parameter t runs from 0 to the number of spans; the integer part names the span, the fraction is the parameter
+/// of its curve. A loop without corners is one line, whose ends are one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimLine {
     /// Index of the surface.
@@ -36,8 +36,8 @@ pub struct TrimLine {
 const SAMPLES: u32 = 8;
 
 impl TrimLine {
-    /// All trim lines of a surface, loop by loop. What runs along the border of the surface's parameter range is left to the
-    /// boundary there, and what has nothing or everything on both sides is no border.
+    /// All trim lines of a surface, loop by loop. What runs along the border of the surface's parameter range is left
+    /// to the boundary there, and what has nothing or everything on both sides is no border.
     #[must_use]
     pub fn all(view: &ViewScene, surface: usize) -> Vec<Self> {
         let mut out = Vec::new();
@@ -145,8 +145,8 @@ impl TrimLine {
         view.patches()[patch].eval(local.x, local.y)
     }
 
-    /// Box in view space that holds the line: lower and upper corner. That of the parts of the patches over the boxes of
-    /// the spans.
+    /// Box in view space that holds the line: lower and upper corner. That of the parts of the patches over the boxes
+    /// of the spans.
     #[must_use]
     pub fn bounds(&self, view: &ViewScene) -> (DVec3, DVec3) {
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -164,8 +164,9 @@ impl TrimLine {
         (lo, hi)
     }
 
-    /// Nearest point of the line to `p` in view space: parameter and distance. Sampled, then Newton on the derivative of
-    /// the squared distance beside the best sample; local minima closer together than an eighth of a span are not told apart.
+    /// Nearest point of the line to `p` in view space: parameter and distance. Sampled, then Newton on the derivative
+    /// of the squared distance beside the best sample; local minima closer together than an eighth of a span are not
+    /// told apart.
     #[must_use]
     pub fn nearest(&self, view: &ViewScene, p: DVec3) -> (f64, f64) {
         let [a, b] = self.domain();
@@ -213,7 +214,8 @@ impl TrimLine {
     }
 }
 
-/// Whether a place is on a knot line at which the surface is merely continuous: what passes there has a corner in space.
+/// Whether a place is on a knot line at which the surface is merely continuous: what passes there has a corner in
+/// space.
 fn on_corner_line(view: &ViewScene, surface: usize, trims: &Trims, at: DVec2) -> bool {
     let grid = &view.surfaces()[surface];
     let noise = trims.noise();

@@ -135,8 +135,8 @@ fn a_trimmed_rectangle_is_the_surface_over_it() {
             for kind in [CurveKind::Boundary, CurveKind::Crease, CurveKind::Iso] {
                 near(length(&found, kind, None), length(&expected, kind, None));
             }
-            // A silhouette touches its own boundary on the screen, and the other branch at a cusp. What is within r there is
-            // √(8 r R) long, with r of 10⁻⁸ of the size.
+            // A silhouette touches its own boundary on the screen, and the other branch at a cusp. What is within r
+            // there is √(8 r R) long, with r of 10⁻⁸ of the size.
             let [a, b] = [&found, &expected].map(|p| length(p, CurveKind::Silhouette, None));
             assert!((a - b).abs() < 5e-3, "{u:?} {v:?} {eye}: {a} instead of {b}");
         }

@@ -56,7 +56,8 @@ impl CurveSet {
 pub struct CurveOptions {
     /// Kinds of curve wanted on paper.
     pub wanted: CurveSet,
-    /// Isocurves a direction; they stand at the middles of as many equal parts of each surface's parameter range, or of its trims' box.
+    /// Isocurves a direction; they stand at the middles of as many equal parts of each surface's parameter range, or of
+    /// the box of its trims.
     pub isos: u32,
     /// Largest angle between the tangent planes of a smooth join, radians.
     pub angle: f64,

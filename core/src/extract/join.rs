@@ -128,8 +128,8 @@ pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptio
     }
 }
 
-/// The parts within `t` between cuts of the line through the points `at`. Cuts nearer together along the line, in space, than `contact` are one, so
-/// that no part is shorter: none at all of a line that is.
+/// The parts within `t` between cuts of the line through the points `at`. Cuts nearer together along the line, in
+/// space, than `contact` are one, so that no part is shorter: none at all of a line that is.
 fn parts(at: &impl Fn(f64) -> DVec3, t: [f64; 2], mut cuts: Vec<f64>, contact: f64) -> Vec<[f64; 2]> {
     cuts.retain(|&x| t[0] < x && x < t[1]);
     cuts.push(t[1]);

@@ -121,14 +121,15 @@ pub(super) fn side_lies_left_along(g: &Geometry<'_>, path: &SidePath, t: f64, al
     if along.dot(path.jet(g.view, t).1) < 0.0 { -left } else { left }
 }
 
-/// Halvings of a span at the most in the search for zeros of the facing polynomial, and cells looked at: a zero takes some
-/// sixty, more are needed only where the trim curve runs along a silhouette.
+/// Halvings of a span at the most in the search for zeros of the facing polynomial, and cells looked at: a zero takes
+/// some sixty, more are needed only where the trim curve runs along a silhouette.
 const MOST_HALVINGS: u32 = 30;
 const MOST_CELLS: u32 = 2048;
 
-/// Parameters in `t` at which a trim line meets the silhouette of its surface, and those at which it passes from one patch to
-/// another that faces another way. A part of the curve over whose box the polynomial has one sign, by its coefficients, has
-/// no zero, so that none is missed; where the line runs along a silhouette for a while there may be some in it.
+/// Parameters in `t` at which a trim line meets the silhouette of its surface, and those at which it passes from one
+/// patch to another that faces another way. A part of the curve over whose box the polynomial has one sign, by its
+/// coefficients, has no zero, so that none is missed; where the line runs along a silhouette for a while there may be
+/// some in it.
 fn trim_zeros(g: &Geometry<'_>, line: &TrimLine, t: [f64; 2]) -> Vec<f64> {
     let mut out = Vec::new();
     for (k, span) in line.spans.iter().enumerate() {

@@ -14,14 +14,15 @@ const MOST_HALVINGS: u32 = 44;
 /// Halvings that are made in any case, before a part of a curve is taken to stay near the box of its ends.
 const LEAST_HALVINGS: u32 = 2;
 
-/// Parts of one segment looked at, at the most. A crossing takes some hundred; more are needed where the curve runs along
-/// a trim curve.
+/// Parts of one segment looked at, at the most. A crossing takes some hundred; more are needed where the curve runs
+/// along a trim curve.
 const MOST_PARTS: u32 = 4096;
 
-/// The intervals of a curve, in increasing order, in which it runs inside the trims of all of its own path's surfaces; all of
-/// it where they have none. An isoparametric line is cut at the roots of the trim curves' polynomials. Of another curve each
-/// part between halvings is taken to stay within half its size of the box of its ends, and is cut where trim curves enter
-/// that box, to the rounding of its parameter. What runs along a border or a trim curve as a side of its surface is not asked for.
+/// The intervals of a curve, in increasing order, in which it runs inside the trims of all of its own path's surfaces;
+/// all of it where they have none. An isoparametric line is cut at the roots of the trim curves' polynomials. Of
+/// another curve each part between halvings is taken to stay within half its size of the box of its ends, and is cut
+/// where trim curves enter that box, to the rounding of its parameter. What runs along a border or a trim curve as a
+/// side of its surface is not asked for.
 #[must_use]
 pub fn trimmed_parts(g: &Geometry<'_>, curve: &SurfaceCurve) -> Vec<[f64; 2]> {
     let whole = alloc::vec![curve.domain];

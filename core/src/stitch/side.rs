@@ -117,8 +117,8 @@ pub struct Side {
 }
 
 impl Side {
-    /// The four borders of a surface's parameter range: u low, u high, v low, v high. What is no longer than `distance` is
-    /// a point.
+    /// The four borders of a surface's parameter range: u low, u high, v low, v high. What is no longer than `distance`
+    /// is a point.
     pub(super) fn borders(view: &ViewScene, surface: usize, distance: f64) -> [Self; 4] {
         let grid = &view.surfaces()[surface];
         let (u, v) = (&grid.u_breaks, &grid.v_breaks);

@@ -8,11 +8,12 @@ use super::Trims;
 use crate::line::Axis;
 
 impl Trims {
-    /// The intervals of the line u = `value` ([`Axis::U`]) or v = `value` over `range` that are kept, in increasing order.
+    /// The intervals of the line u = `value` ([`Axis::U`]) or v = `value` over `range` that are kept, in increasing
+    /// order.
     ///
-    /// The line is cut where trim curves cross, touch or end on it, and each part is asked for in its middle. A part that runs
-    /// along a trim curve, which there is a curve of its own, is not kept; on the border of the parameter range it is what
-    /// [`kept_on_border`](Self::kept_on_border) says. Cost: a root for each piece whose box the line
+    /// The line is cut where trim curves cross, touch or end on it, and each part is asked for in its middle. A part
+    /// that runs along a trim curve, which there is a curve of its own, is not kept; on the border of the parameter
+    /// range it is what [`kept_on_border`](Self::kept_on_border) says. Cost: a root for each piece whose box the line
     /// passes, and as much again for each part.
     #[must_use]
     pub fn kept_on_line(&self, axis: Axis, value: f64, range: [f64; 2]) -> Vec<[f64; 2]> {

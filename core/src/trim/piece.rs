@@ -1,8 +1,8 @@
 //! Pieces of trim curves: rational Bézier curves in (u, v) that run one way in u and one way in v.
 //!
 //! Such a piece meets a line of constant u or v once at most, or runs along it; its box is spanned by its ends. Which
-//! lines it meets is decided by comparing the coordinates of its ends, which neighbouring pieces share bit for bit, so that
-//! no crossing is lost or counted twice at a joint.
+//! lines it meets is decided by comparing the coordinates of its ends, which neighbouring pieces share bit for bit, so
+//! that no crossing is lost or counted twice at a joint.
 
 use alloc::vec::Vec;
 
@@ -31,8 +31,8 @@ fn affine(h: DVec3) -> DVec2 {
 const AT_END: f64 = 1e-12;
 
 impl TrimPiece {
-    /// The pieces of a Bézier curve with the homogeneous control points (u·w, v·w, w): it is cut at its extremes in u and
-    /// in v. `noise` is the rounding of u and of v, below which they count as constant.
+    /// The pieces of a Bézier curve with the homogeneous control points (u·w, v·w, w): it is cut at its extremes in u
+    /// and in v. `noise` is the rounding of u and of v, below which they count as constant.
     pub(super) fn of_bezier(points: Vec<DVec3>, noise: DVec2, out: &mut Vec<Self>) {
         let mut cuts = Vec::new();
         let origin = affine(points[0]);
@@ -149,8 +149,8 @@ impl TrimPiece {
         (p, slope)
     }
 
-    /// Direction at the beginning and at the end, of no particular length; where derivatives vanish their limit. Both run
-    /// along the piece.
+    /// Direction at the beginning and at the end, of no particular length; where derivatives vanish their limit. Both
+    /// run along the piece.
     pub(super) fn directions(&self) -> [DVec2; 2] {
         let n = self.points.len();
         let at = |k: usize| affine(self.points[k]);

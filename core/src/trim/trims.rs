@@ -7,12 +7,12 @@ use glam::{DVec2, DVec3};
 use super::{TrimError, TrimPiece};
 use crate::nurbs::{Curve, Surface};
 
-/// Ends of curves nearer than this part of the parameter range meet, and what overshoots the range by no more is taken to
-/// end on it: models come out of other programs with seven digits.
+/// Ends of curves nearer than this part of the parameter range meet, and what overshoots the range by no more is taken
+/// to end on it: models come out of other programs with seven digits.
 const SLACK: f64 = 1e-6;
 
-/// What is nearer than this part of the parameter range to its border, or to a line, is on it: the rounding of parameters
-/// that were computed, some thousand units in the last place.
+/// What is nearer than this part of the parameter range to its border, or to a line, is on it: the rounding of
+/// parameters that were computed, some thousand units in the last place.
 const SAME: f64 = 1e-12;
 
 /// Sine of the turn, in parameters scaled to the unit square, from which on a joint of pieces is a corner.
@@ -61,8 +61,8 @@ pub enum Nearby {
 
 /// The part of a surface that is kept.
 ///
-/// Invariants: there is a loop, each is closed and within the surface's parameter range. What lies on a trim curve itself is
-/// neither inside nor outside; ask for what is beside it.
+/// Invariants: there is a loop, each is closed and within the surface's parameter range. What lies on a trim curve
+/// itself is neither inside nor outside; ask for what is beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trims {
     loops: Vec<TrimLoop>,
@@ -72,12 +72,12 @@ pub struct Trims {
 }
 
 impl Trims {
-    /// The part of `surface` that is inside by the even-odd rule over the loops, each a list of curves in (u, v), whose z
-    /// is ignored.
+    /// The part of `surface` that is inside by the even-odd rule over the loops, each a list of curves in (u, v), whose
+    /// z is ignored.
     ///
-    /// Curves that end within 10⁻⁶ of the parameter range of where the next one begins are made to meet; what overshoots the
-    /// range by no more is moved onto its border. Cost: the roots of two polynomials of degree 2p − 1 for each polynomial
-    /// piece of degree p, and a crossing for each pair of pieces that lie beside one another.
+    /// Curves that end within 10⁻⁶ of the parameter range of where the next one begins are made to meet; what
+    /// overshoots the range by no more is moved onto its border. Cost: the roots of two polynomials of degree 2p − 1
+    /// for each polynomial piece of degree p, and a crossing for each pair of pieces that lie beside one another.
     ///
     /// # Errors
     /// If there is no loop, or one has no extent, is not closed or leaves the parameter range.
@@ -205,8 +205,8 @@ impl Trims {
         })
     }
 
-    /// Whether the point (u, v) is kept: whether an odd number of trim curves lies at larger u. On a trim curve itself, to
-    /// rounding, the answer is either. Cost: a root for each piece whose box holds the point.
+    /// Whether the point (u, v) is kept: whether an odd number of trim curves lies at larger u. On a trim curve itself,
+    /// to rounding, the answer is either. Cost: a root for each piece whose box holds the point.
     #[must_use]
     pub fn contains(&self, at: DVec2) -> bool {
         let mut inside = false;
@@ -223,8 +223,8 @@ impl Trims {
         (0..2).any(|k| p.from()[k] == p.to()[k] && (p.from()[k] == self.lo[k] || p.from()[k] == self.hi[k]))
     }
 
-    /// How the closed rectangle from `lo` to `hi` lies to the trims. A trim curve along the border of the parameter range does
-    /// not enter it: the surface ends there anyway.
+    /// How the closed rectangle from `lo` to `hi` lies to the trims. A trim curve along the border of the parameter
+    /// range does not enter it: the surface ends there anyway.
     #[must_use]
     pub fn cover(&self, lo: DVec2, hi: DVec2) -> Cover {
         if self.pieces().any(|p| p.enters(lo, hi) && !self.is_on_border(p)) {

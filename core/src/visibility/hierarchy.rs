@@ -119,8 +119,9 @@ impl Occluders {
         Self::trimmed(patches, &|_| None, stop)
     }
 
-    /// As [`new`](Self::new), with what `trims` says of a surface, by its index: cells that are cut off as a whole are left
-    /// out, and in those that a trim curve enters each root is asked for (Elber and Cohen 1989, section 6, stage 2).
+    /// As [`new`](Self::new), with what `trims` says of a surface, by its index: cells that are cut off as a whole are
+    /// left out, and in those that a trim curve enters each root is asked for (Elber and Cohen 1989, section 6, stage
+    /// 2).
     #[must_use]
     pub fn trimmed<'a>(patches: &[Patch], trims: &dyn Fn(usize) -> Option<&'a Trims>, stop: Stop<'_>) -> Self {
         let (mut lo, mut hi, mut reach) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);

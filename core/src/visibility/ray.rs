@@ -455,7 +455,8 @@ impl Occluders {
                         patch: patch.index,
                         uv: patch.to_surface(at),
                         z: pole.depth[1],
-                        // A side along the sight line has no depth of its own, and trims may leave a part of the sector.
+                        // A side along the sight line has no depth of its own, and trims may leave a part of the
+                        // sector.
                         grazing: mixed || pole.depth[1] - pole.depth[0] > self.tolerances.contact,
                         border: true,
                     };
@@ -488,8 +489,8 @@ impl Occluders {
         Verdict::Done
     }
 
-    /// How the root at the local parameters `at`, known to within `room`, lies to the trims. `jet` holds the derivatives of the
-    /// screen point by the parameters of the cell.
+    /// How the root at the local parameters `at`, known to within `room`, lies to the trims. `jet` holds the
+    /// derivatives of the screen point by the parameters of the cell.
     fn trimmed_sector(
         &self,
         trims: &Trims,

@@ -497,8 +497,8 @@ proptest! {
     }
 }
 
-/// A disc of radius ½ in the middle of the square [−1, 1]² and what is left of the square, the one in 16 patches and the other
-/// in one: surfaces 0 and 1.
+/// A disc of radius ½ in the middle of the square [−1, 1]² and what is left of the square, the one in 16 patches and
+/// the other in one: surfaces 0 and 1.
 fn disc_and_rest() -> (Vec<Patch>, [Trims; 2]) {
     let square = shape::plane(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).unwrap();
     let there = DMat4::from_translation(DVec3::new(0.5, 0.5, 0.0));
