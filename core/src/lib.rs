@@ -19,6 +19,7 @@
 //! | [`arrange`] | the curves split where their visibility can change |
 //! | [`visibility`] | quantitative invisibility of every piece |
 //! | [`stroke`] | visible pieces flattened and chained |
+//! | [`render`] | instead of strokes: the surfaces painted into a z-buffer |
 //!
 //! [`pipeline`] runs them in order:
 //!
@@ -53,6 +54,7 @@ mod grid;
 pub mod line;
 pub mod nurbs;
 pub mod pipeline;
+pub mod render;
 pub mod scene;
 pub mod shape;
 pub mod stitch;

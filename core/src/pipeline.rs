@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::arrange::region::{Region, regions};
 use crate::arrange::{Arcs, ArrangeStats, Clusters, Tolerance, arrange, clusters};
@@ -12,6 +12,7 @@ use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
 use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves, cut_to_trims};
+use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
@@ -67,6 +68,8 @@ pub enum Stage {
     Visibility,
     /// Flattening and chaining.
     Stroke,
+    /// Painting and shading, which take the place of the last three.
+    Render,
 }
 
 /// What the stages counted.
@@ -338,6 +341,33 @@ impl Prepared {
         stop.check()?;
         Ok(Traced { strokes, stats })
     }
+
+    /// Paints the surfaces into the pixels of `grid`, which may be as fine as 10⁻⁶ of the scene's size.
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn render(&self, grid: &PixelGrid, monitor: &dyn Monitor) -> Result<Raster, Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        monitor.begin(Stage::Render);
+        let raster = render::render(&self.geometry(), &self.stitching, grid, stop);
+        stop.check()?;
+        Ok(raster)
+    }
+
+    /// The brightness of what [`render`](Self::render) painted, pixel by pixel, from [`render::AMBIENT`] to 1 after Lambert's
+    /// law; `None` where there is nothing. `light` is the direction to the light in the viewer's frame: right, up, towards
+    /// the eye; any length but 0.
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn shade(&self, raster: &Raster, light: DVec3, monitor: &dyn Monitor) -> Result<Vec<Option<f64>>, Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        let shades = render::shade(raster, &self.view, light, stop);
+        stop.check()?;
+        Ok(shades)
+    }
 }
 
 /// A scene as strokes.
@@ -357,7 +387,7 @@ mod tests {
     use crate::nurbs::{KnotVector, Surface};
     use crate::scene::SceneSurface;
     use alloc::vec;
-    use glam::{DVec3, DVec4};
+    use glam::DVec4;
 
     /// z = x² − y² over [−1, 1]² as one biquadratic patch.
     fn saddle() -> Scene {

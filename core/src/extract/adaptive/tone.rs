@@ -59,7 +59,7 @@ impl Shade {
 }
 
 /// A direction in the viewer's frame as a unit vector in model space.
-fn in_model(camera: &Camera, direction: DVec3) -> DVec3 {
+pub(crate) fn in_model(camera: &Camera, direction: DVec3) -> DVec3 {
     camera.axes().iter().zip(direction.to_array()).map(|(axis, x)| *axis * x).sum::<DVec3>().normalize_or_zero()
 }
 
