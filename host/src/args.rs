@@ -19,6 +19,10 @@ pub struct DrawArgs {
     /// Write counts and seconds per stage to a JSON file
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    /// Paint the surfaces, lit by --light, instead of drawing: a quick look, as .png, that lies on the page as the drawing
+    /// will
+    #[arg(long, conflicts_with = "stats")]
+    pub render: bool,
     /// What is drawn, and on which paper
     #[command(flatten)]
     pub drawing: DrawingArgs,

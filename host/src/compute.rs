@@ -30,15 +30,18 @@ pub struct Computed {
     pub seconds: Seconds,
 }
 
-/// Computes the drawing.
-///
-/// The core is run in two steps, because the chord error and the spacing of isocurves on the screen follow from the scale, and the scale from the
-/// extent of the picture.
-///
-/// # Errors
-/// If a model cannot be read, the view does not exist or does not see all of the model, the picture cannot be scaled, or
-/// Ctrl-C or the time limit ends it.
-pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed, Error> {
+/// A model on its page, with the curves of interest found and nothing decided yet.
+pub(crate) struct Placed<'a> {
+    pub(crate) name: String,
+    pub(crate) view: View,
+    pub(crate) prepared: Prepared,
+    pub(crate) layout: Layout,
+    pub(crate) watch: Watch<'a>,
+}
+
+/// Reads the models, and finds what the picture's extent depends on, so that everything made of them lies on the page in
+/// the same place.
+pub(crate) fn place<'a>(options: &DrawingOptions, progress: &'a Progress) -> Result<Placed<'a>, Error> {
     let started = Instant::now();
     interrupt::watch();
     progress.stage("reading");
@@ -55,8 +58,21 @@ pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed
         ..pipeline::DrawOptions::default()
     };
     let watch = Watch::new(progress, started, options.time_limit, read);
-    let mut prepared = Prepared::new(&model.scene, &camera, &wanted, &watch).map_err(|e| watch.reason(e))?;
+    let prepared = Prepared::new(&model.scene, &camera, &wanted, &watch).map_err(|e| watch.reason(e))?;
     let layout = Layout::fit(prepared.extent(), options.page, options.margin_mm)?;
+    Ok(Placed { name: model.scene.name, view, prepared, layout, watch })
+}
+
+/// Computes the drawing.
+///
+/// The core is run in two steps, because the chord error and the spacing of isocurves on the screen follow from the scale, and the scale from the
+/// extent of the picture.
+///
+/// # Errors
+/// If a model cannot be read, the view does not exist or does not see all of the model, the picture cannot be scaled, or
+/// Ctrl-C or the time limit ends it.
+pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed, Error> {
+    let Placed { name, view, mut prepared, layout, watch } = place(options, progress)?;
     if let Isocurves::Adaptive(adaptive) = &options.isocurves {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
@@ -72,7 +88,7 @@ pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed
     };
     let polylines = page::lay_out(&traced.strokes, &layout, options.hidden, options.depths, hatching);
     seconds.page = started.elapsed().as_secs_f64();
-    let drawing = Drawing { name: model.scene.name, page: options.page, isos: options.isocurves.uniform(), polylines };
+    let drawing = Drawing { name, page: options.page, isos: options.isocurves.uniform(), polylines };
     Ok(Computed { drawing, view, stats: traced.stats, seconds })
 }
 
@@ -90,7 +106,7 @@ fn curve_set(options: &DrawingOptions) -> CurveSet {
 
 /// Times the stages of the core, each from its beginning to that of the next, and stops them at Ctrl-C or when the time
 /// is over.
-struct Watch<'a> {
+pub(crate) struct Watch<'a> {
     progress: &'a Progress,
     started: Instant,
     limit: Option<Duration>,
@@ -122,7 +138,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Why there is no picture: a stop is put down to what asked for it.
-    fn reason(&self, error: PictureError) -> Error {
+    pub(crate) fn reason(&self, error: PictureError) -> Error {
         let running = self.times.lock().unwrap_or_else(PoisonError::into_inner).running;
         let doing = running.map_or("beginning", |(stage, _)| doing(stage)).to_owned();
         match (error, self.limit) {
@@ -161,6 +177,7 @@ fn doing(stage: Stage) -> &'static str {
         Stage::Arrange => "splitting curves",
         Stage::Visibility => "deciding visibility",
         Stage::Stroke => "chaining strokes",
+        Stage::Render => "painting",
     }
 }
 

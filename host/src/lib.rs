@@ -28,6 +28,7 @@ pub mod output;
 pub mod page;
 pub mod progress;
 pub mod protocol;
+pub mod render;
 pub mod sim;
 pub mod stats;
 pub mod stream;

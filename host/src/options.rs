@@ -322,6 +322,8 @@ pub struct DrawOptions {
     pub estimated: Device,
     /// Where the stats go.
     pub stats: Option<PathBuf>,
+    /// Whether the surfaces are painted instead of drawn; all outputs are pictures then.
+    pub render: bool,
 }
 
 impl DrawOptions {
@@ -333,6 +335,11 @@ impl DrawOptions {
         let mut outputs = Vec::new();
         for path in &args.output {
             let format = Format::of_path(path).ok_or_else(|| OptionError::Extension { path: path.clone() })?;
+            if args.render && format != Format::Png {
+                let problem =
+                    "--render paints pictures and draws no strokes; give a .png, or leave --render out".into();
+                return Err(OptionError::Output { path: path.clone(), problem });
+            }
             outputs.push(Output { path: path.clone(), format });
         }
         let drawing = DrawingOptions::new(&args.models, &args.drawing)?;
@@ -361,7 +368,7 @@ impl DrawOptions {
         let only_hpgl =
             outputs.iter().any(|o| o.format == Format::Hpgl) && outputs.iter().all(|o| o.format != Format::Gcode);
         let estimated = asked.unwrap_or_else(|| if only_hpgl { hpgl.clone() } else { gcode.clone() });
-        Ok(Self { drawing, outputs, gcode, hpgl, estimated, stats: args.stats.clone() })
+        Ok(Self { drawing, outputs, gcode, hpgl, estimated, stats: args.stats.clone(), render: args.render })
     }
 }
 
@@ -518,6 +525,7 @@ mod tests {
             ("--margin 105", "leaves no room"),
             ("--margin nan", "--margin NaN: "),
             ("--pen-width 0", "--pen-width 0: "),
+            ("-o b.png --render", "a.svg: --render paints pictures"),
             ("--device nobody", "there is no device `nobody`"),
             ("-o b.pdf", "b.pdf: unknown kind of file; the extensions are .svg"),
             ("-o a.svg", "a.svg: is asked for twice"),

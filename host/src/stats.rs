@@ -70,6 +70,9 @@ pub struct Seconds {
     pub visibility: f64,
     /// Flattening and chaining.
     pub stroke: f64,
+    /// Painting and shading, instead of the last three.
+    #[serde(skip)]
+    pub render: f64,
     /// Laying out and ordering.
     pub page: f64,
     /// Making the files.
@@ -88,6 +91,7 @@ impl Seconds {
             Stage::Arrange => &mut self.arrange,
             Stage::Visibility => &mut self.visibility,
             Stage::Stroke => &mut self.stroke,
+            Stage::Render => &mut self.render,
         };
         *seconds += time.as_secs_f64();
     }

@@ -11,6 +11,7 @@ use crate::interrupt;
 use crate::options::{DrawOptions, Output};
 use crate::output;
 use crate::progress::Progress;
+use crate::render;
 use crate::stats::Stats;
 
 /// Computes the drawing, makes all files, and writes them when all are made. Says in a line what was drawn.
@@ -21,6 +22,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     let started = Instant::now();
     let options = DrawOptions::new(args)?;
     let progress = Progress::start();
+    if options.render {
+        return render(&options, progress);
+    }
     let mut computed = compute(&options.drawing, &progress)?;
 
     progress.stage("writing");
@@ -47,6 +51,25 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     for warning in stats.warnings() {
         eprintln!("warning: {warning}; --stats FILE.json lists all");
     }
+    Ok(())
+}
+
+/// Paints the surfaces instead. Says in a line what was painted.
+fn render(options: &DrawOptions, progress: Progress) -> Result<(), Error> {
+    let page = options.drawing.page;
+    let path = || options.outputs.first().map(|o| o.path.clone()).unwrap_or_default();
+    let fault = |source| Error::Emit { path: path(), source };
+    let pixels = emit::Pixels::new(page, emit::RENDER_DPI).map_err(fault)?;
+    let rendered = render::render(&options.drawing, pixels, &progress)?;
+    progress.stage("writing");
+    let picture = emit::shaded(page, &pixels, &rendered.shades).map_err(fault)?;
+    let files: Vec<_> = options.outputs.iter().map(|o| (o.path.clone(), picture.clone())).collect();
+    if interrupt::is_wanted() {
+        return Err(Error::Interrupted { doing: "making the files".into() });
+    }
+    output::write_all(&files)?;
+    drop(progress);
+    eprintln!("{}", rendered.summary());
     Ok(())
 }
 

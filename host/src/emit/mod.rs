@@ -16,7 +16,7 @@ pub use gcode::gcode;
 pub use grid::{Run, runs};
 pub use hpgl::hpgl;
 pub use json::json;
-pub use png::{DPI, png};
+pub use png::{DPI, Pixels, RENDER_DPI, png, shaded};
 pub use svg::svg;
 
 use crate::device::{Device, Placement};

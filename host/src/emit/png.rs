@@ -1,10 +1,10 @@
 //! A picture of the inked paper.
 
-use tiny_skia::{Color, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform};
+use tiny_skia::{Color, ColorU8, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform};
 
 use super::EmitError;
 use super::svg::ink;
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, Page};
 
 /// Dots an inch, unless the sheet is so large that its longer side is held to `LONGEST_PX`.
 pub const DPI: f64 = 300.0;
@@ -12,8 +12,14 @@ pub const DPI: f64 = 300.0;
 /// Longest side of a picture in pixels; 8000 by 8000 take 256 MB while drawing.
 const LONGEST_PX: f64 = 8000.0;
 
+/// Dots an inch of painted surfaces: half of a drawing's, so that four of its pixels lie on one of theirs.
+pub const RENDER_DPI: f64 = 150.0;
+
 /// White of drawing paper.
 const PAPER: [u8; 3] = [252, 250, 245];
+
+/// Painted surfaces in full light: plaster, told from the paper.
+const SURFACE: [u8; 3] = [232, 229, 222];
 
 /// The drawing as PNG: ink of `pen_width_mm` on paper, antialiased, at [`DPI`]. A pen thinner than a pixel keeps its share
 /// of it.
@@ -22,13 +28,9 @@ const PAPER: [u8; 3] = [252, 250, 245];
 /// If the page is too narrow for a pixel.
 pub fn png(drawing: &Drawing, pen_width_mm: f64) -> Result<Vec<u8>, EmitError> {
     let page = drawing.page;
-    let error = || EmitError::Picture { width_mm: page.width_mm, height_mm: page.height_mm };
-    let scale = (DPI / 25.4).min(LONGEST_PX / page.width_mm.max(page.height_mm));
-    // A cast saturates; a side of no pixels is refused by the pixmap.
-    let pixels = |mm: f64| (mm * scale).round() as u32;
-    let mut picture = Pixmap::new(pixels(page.width_mm), pixels(page.height_mm)).ok_or_else(error)?;
-    let [r, g, b] = PAPER;
-    picture.fill(Color::from_rgba8(r, g, b, 255));
+    let pixels = Pixels::new(page, DPI)?;
+    let scale = pixels.per_mm;
+    let mut picture = paper(page, &pixels)?;
     let stroke = Stroke {
         width: (pen_width_mm * scale) as f32,
         line_cap: LineCap::Round,
@@ -48,7 +50,59 @@ pub fn png(drawing: &Drawing, pen_width_mm: f64) -> Result<Vec<u8>, EmitError> {
         paint.set_color_rgba8(r, g, b, 255);
         picture.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
     }
-    picture.encode_png().map_err(|_| error())
+    picture.encode_png().map_err(|_| impossible(page))
+}
+
+/// Painted surfaces as PNG: the brightness of each pixel from 0 to 1, row by row from above, bare paper where there is none.
+///
+/// # Errors
+/// If the page is too narrow for a pixel.
+pub fn shaded(page: Page, pixels: &Pixels, shades: &[Option<f64>]) -> Result<Vec<u8>, EmitError> {
+    let mut picture = paper(page, pixels)?;
+    for (pixel, shade) in picture.pixels_mut().iter_mut().zip(shades) {
+        let Some(shade) = shade else { continue };
+        let [r, g, b] = SURFACE.map(|full| (f64::from(full) * shade).round() as u8);
+        *pixel = ColorU8::from_rgba(r, g, b, 255).premultiply();
+    }
+    picture.encode_png().map_err(|_| impossible(page))
+}
+
+/// The pixels that a page is cut into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pixels {
+    /// Pixels a mm.
+    pub per_mm: f64,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Pixels {
+    /// Those at `dpi`, or coarser ones if the page is so large that its longer side is held to `LONGEST_PX`.
+    ///
+    /// # Errors
+    /// If the page is too narrow for a pixel.
+    pub fn new(page: Page, dpi: f64) -> Result<Self, EmitError> {
+        let per_mm = (dpi / 25.4).min(LONGEST_PX / page.width_mm.max(page.height_mm));
+        let [width, height] = [page.width_mm, page.height_mm].map(|mm| (mm * per_mm).round() as u32);
+        if width == 0 || height == 0 {
+            return Err(impossible(page));
+        }
+        Ok(Self { per_mm, width, height })
+    }
+}
+
+/// A bare sheet.
+fn paper(page: Page, pixels: &Pixels) -> Result<Pixmap, EmitError> {
+    let mut picture = Pixmap::new(pixels.width, pixels.height).ok_or_else(|| impossible(page))?;
+    let [r, g, b] = PAPER;
+    picture.fill(Color::from_rgba8(r, g, b, 255));
+    Ok(picture)
+}
+
+fn impossible(page: Page) -> EmitError {
+    EmitError::Picture { width_mm: page.width_mm, height_mm: page.height_mm }
 }
 
 #[cfg(test)]
@@ -71,6 +125,19 @@ mod tests {
         // Half a millimetre on both sides, and a round end.
         assert_eq!((grey(150, 445), grey(150, 455), grey(150, 458)), (0, 0, PAPER[1]));
         assert_eq!((grey(55, 450), grey(50, 450)), (0, PAPER[1]));
+    }
+
+    #[test]
+    fn shades_are_pixels_from_above() {
+        let page = Page { width_mm: 25.4, height_mm: 50.8 };
+        let pixels = Pixels::new(page, RENDER_DPI).unwrap();
+        assert_eq!((pixels.width, pixels.height), (150, 300));
+        let mut shades = vec![None; 150 * 300];
+        shades[149] = Some(1.0);
+        shades[150] = Some(0.5);
+        let picture = Pixmap::decode_png(&shaded(page, &pixels, &shades).unwrap()).unwrap();
+        let colour = |x, y| picture.pixel(x, y).map(|c| [c.red(), c.green(), c.blue()]).unwrap();
+        assert_eq!((colour(149, 0), colour(0, 1), colour(1, 1)), (SURFACE, [116, 115, 111], PAPER));
     }
 
     #[test]

@@ -82,6 +82,12 @@ impl Layout {
         (screen - self.screen) * self.mm_per_unit + self.page
     }
 
+    /// The point of the screen that lies at a point of the page, in mm.
+    #[must_use]
+    pub fn to_screen(&self, page: DVec2) -> DVec2 {
+        (page - self.page) / self.mm_per_unit + self.screen
+    }
+
     /// A length in mm as a length on the screen.
     #[must_use]
     pub fn to_screen_length(&self, mm: f64) -> f64 {
@@ -107,6 +113,7 @@ mod tests {
         assert_eq!(layout.to_page(DVec2::new(-1.0, 2.0)), DVec2::new(60.0, 10.0));
         assert_eq!(layout.to_page(DVec2::new(1.0, 4.0)), DVec2::new(140.0, 90.0));
         assert_eq!(layout.to_screen_length(40.0), 1.0);
+        assert_eq!(layout.to_screen(DVec2::new(140.0, 90.0)), DVec2::new(1.0, 4.0));
     }
 
     #[test]
