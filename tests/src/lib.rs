@@ -5,4 +5,5 @@ pub mod cover;
 pub mod ink;
 pub mod oracle;
 pub mod plotter;
+pub mod raster;
 pub mod subdivision;
