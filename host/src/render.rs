@@ -6,6 +6,7 @@ use glam::DVec2;
 use penvis_core::render::{PixelGrid, RasterStats};
 
 use crate::compute::{Placed, place};
+use crate::drawing::Page;
 use crate::emit::Pixels;
 use crate::error::Error;
 use crate::options::DrawingOptions;
@@ -34,15 +35,16 @@ pub struct Rendered {
 pub fn render(options: &DrawingOptions, pixels: Pixels, progress: &Progress) -> Result<Rendered, Error> {
     let started = Instant::now();
     let Placed { name, prepared, layout, watch, .. } = place(options, progress)?;
-    let raster = prepared.render(&grid(&layout, options, &pixels), &watch).map_err(|e| watch.reason(e.into()))?;
+    let raster = prepared.render(&grid(&layout, options.page, &pixels), &watch).map_err(|e| watch.reason(e.into()))?;
     let shades = prepared.shade(&raster, options.light, &watch).map_err(|e| watch.reason(e.into()))?;
     Ok(Rendered { name, pixels, shades, stats: raster.stats, seconds: started.elapsed().as_secs_f64() })
 }
 
-/// The pixels of the page on the screen.
-fn grid(layout: &Layout, options: &DrawingOptions, pixels: &Pixels) -> PixelGrid {
+/// The pixels of a page on the screen of the picture that is laid out on it.
+#[must_use]
+pub fn grid(layout: &Layout, page: Page, pixels: &Pixels) -> PixelGrid {
     PixelGrid {
-        corner: layout.to_screen(DVec2::new(0.0, options.page.height_mm)),
+        corner: layout.to_screen(DVec2::new(0.0, page.height_mm)),
         pixel: layout.to_screen_length(1.0 / pixels.per_mm),
         width: pixels.width as usize,
         height: pixels.height as usize,

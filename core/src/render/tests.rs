@@ -197,10 +197,8 @@ fn a_ball_is_lit_by_lambert_and_its_poles_are_no_holes() {
         // A point of the unit ball is its own normal.
         let normal = seen.view.patches()[sample.patch].eval(sample.at.x, sample.at.y);
         let want = AMBIENT + (1.0 - AMBIENT) * normal.dot(light.normalize()).max(0.0);
-        // Up to a pixel behind the rim is the other side.
-        if normal.z > 0.1 {
-            assert!((found - want).abs() < 2e-3, "{column}, {row}: {found} for {want}");
-        }
+        // In a pixel at the rim too, where the point may be right behind it.
+        assert!(normal.z > -0.15 && (found - want).abs() < 2e-3, "{column}, {row}: {found} for {want}");
     }
 }
 

@@ -34,7 +34,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 pub use tone::Tone;
-pub(crate) use tone::{in_model, lambert};
+pub(crate) use tone::{in_model, incidence};
 
 use rail::{IsoDistance, Rail};
 use strip::Strips;

@@ -65,12 +65,18 @@ pub(crate) fn in_model(camera: &Camera, direction: DVec3) -> DVec3 {
 
 /// Cosine between the light and the normal on the side that the eye sees, 0 where that is turned away from the light or at
 /// a singular point.
-pub(crate) fn lambert(view: &ViewScene, surface: usize, uv: DVec2, light: DVec3) -> f64 {
+fn lambert(view: &ViewScene, surface: usize, uv: DVec2, light: DVec3) -> f64 {
+    let (cosine, front) = incidence(view, surface, uv, light);
+    if front { cosine.max(0.0) } else { (-cosine).max(0.0) }
+}
+
+/// Cosine between the light, a unit vector in model space, and the normal ∂u × ∂v, 0 at a singular point; and whether the eye
+/// sees that side.
+pub(crate) fn incidence(view: &ViewScene, surface: usize, uv: DVec2, light: DVec3) -> (f64, bool) {
     let (patch, local) = view.locate(surface, uv, [false; 2]);
     let front = view.patches()[patch].jet(local.x, local.y).normal().z >= 0.0;
     let normal = view.model_patch(patch).jet(local.x, local.y).normal().normalize_or_zero();
-    let normal = if front { normal } else { -normal };
-    normal.dot(light).max(0.0)
+    (normal.dot(light), front)
 }
 
 #[cfg(test)]
