@@ -134,7 +134,7 @@ impl Raster {
     }
 }
 
-/// Paints all surfaces. Those that are seen edge-on have no area and leave nothing.
+/// Paints all surfaces. Those that are seen edge-on have no area and leave nothing. Pixels without size stay empty.
 ///
 /// The result does not depend on how many threads there are: each paints rows of its own, and all surfaces in one order.
 /// Of points at equal depth the one that is painted first stays, which is the one of the lower surface.
@@ -144,8 +144,12 @@ impl Raster {
 pub(crate) fn render(g: &Geometry<'_>, stitching: &Stitching, grid: &PixelGrid, stop: Stop<'_>) -> Raster {
     let mut raster =
         Raster { grid: *grid, samples: vec![None; grid.width * grid.height], stats: RasterStats::default() };
+    let sized = grid.pixel.is_finite() && grid.pixel > 0.0 && grid.corner.is_finite();
+    if raster.samples.is_empty() || !sized {
+        return raster;
+    }
     let arcs = isocurves(g, stitching, grid, stop);
-    if stop.is_wanted() || grid.width == 0 {
+    if stop.is_wanted() {
         return raster;
     }
     let work = |(k, rows): (usize, &mut [Option<Sample>])| Band::new(k * BAND, grid.width, rows).paint(&arcs, stop);

@@ -160,11 +160,11 @@ impl<'a> Band<'a> {
 /// The control points of both halves of a curve, by de Casteljau's corner cutting.
 fn halved<const N: usize>(points: &[DVec4; N]) -> [[DVec4; N]; 2] {
     let (mut lower, mut upper) = (*points, *points);
-    for r in 1..N {
+    for (r, low) in lower.iter_mut().enumerate().skip(1) {
         for k in 0..N - r {
             upper[k] = (upper[k] + upper[k + 1]) * 0.5;
         }
-        lower[r] = upper[0];
+        *low = upper[0];
     }
     [lower, upper]
 }

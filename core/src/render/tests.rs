@@ -175,6 +175,9 @@ fn the_rows_are_the_same_whichever_grid_they_are_part_of() {
     }
     let empty = PixelGrid { width: 0, ..part };
     assert!(seen.render(&empty).samples.is_empty());
+    for pixel in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(seen.render(&PixelGrid { pixel, ..part }).painted(), 0);
+    }
     assert_eq!(cut.sample(70, 0), None);
     assert_eq!(cut.sample(0, 50), None);
 }
