@@ -21,6 +21,9 @@
 //! painted holds a point of the surface**. What is left between the two are pixels at outlines, of which a surface covers a
 //! part but not the centre.
 //!
+//! Of a trimmed surface the isocurves are cut, and the trim curves are painted too: where what leads from p to the painted
+//! point leaves the surface there is one of them nearer.
+//!
 //! For spacings along and across that add up to 1/2 like this, the number of points, the inverse of δ · 2 [`REACH`], is least
 //! where both terms are 1/4, which is some six points a pixel, twice as many since strips are halved until they are narrow
 //! enough.
@@ -44,6 +47,7 @@ use crate::extract::{CurveSet, Geometry};
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
+use crate::trim_line::TrimLine;
 use paint::{Arcs, Band};
 
 /// Spacing of the isocurves in pixels.
@@ -165,7 +169,7 @@ pub(crate) fn render(g: &Geometry<'_>, stitching: &Stitching, grid: &PixelGrid, 
     raster
 }
 
-/// The isocurves that cover the surfaces, and all boundaries, surface by surface.
+/// The isocurves that cover the surfaces, and all boundaries and trims, surface by surface.
 fn isocurves(g: &Geometry<'_>, stitching: &Stitching, grid: &PixelGrid, stop: Stop<'_>) -> Arcs {
     let options = AdaptiveOptions {
         spacing: SPACING * grid.pixel,
@@ -184,16 +188,23 @@ fn isocurves(g: &Geometry<'_>, stitching: &Stitching, grid: &PixelGrid, stop: St
         if forms.iter().all(|f| f.facing == Facing::EdgeOn) {
             continue;
         }
+        let kept = |axis: Axis, value: f64, t: [f64; 2]| match g.view.trims(surface) {
+            Some(trims) => trims.kept_on_line(axis, value, t),
+            None => vec![t],
+        };
         for (axis, breaks) in [(Axis::U, &shape.u_breaks), (Axis::V, &shape.v_breaks)] {
             for end in [breaks[0], breaks[breaks.len() - 1]] {
                 let line = Line::new(g.view, surface, axis, end, false);
-                arcs.push(&line, line.domain());
+                kept(axis, end, line.domain()).into_iter().for_each(|t| arcs.push(&line, t));
             }
         }
         let first = pieces.partition_point(|p| p.surface < surface);
         for p in pieces[first..].iter().take_while(|p| p.surface == surface) {
-            arcs.push(&Line::over(g.view, surface, p.axis, p.value, false, p.t), p.t);
+            for t in kept(p.axis, p.value, p.t) {
+                arcs.push(&Line::over(g.view, surface, p.axis, p.value, false, t), t);
+            }
         }
+        TrimLine::all(g.view, surface).iter().for_each(|line| arcs.push_trim(g.view, line));
     }
     arcs
 }

@@ -9,6 +9,7 @@ use crate::nurbs::Surface;
 use crate::scene::{Scene, SceneSurface};
 use crate::shape::{Frame, cylinder, plane, sphere, torus};
 use crate::stitch::StitchOptions;
+use crate::trim::Trims;
 use crate::view::{Camera, ViewScene};
 
 struct Seen {
@@ -19,8 +20,12 @@ struct Seen {
 
 impl Seen {
     fn new(surfaces: Vec<Surface>, camera: &Camera) -> Self {
-        let named = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface });
-        let view = ViewScene::new(&Scene { name: "s".into(), surfaces: named.collect() }, camera).unwrap();
+        let named = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None });
+        Self::of(named.collect(), camera)
+    }
+
+    fn of(surfaces: Vec<SceneSurface>, camera: &Camera) -> Self {
+        let view = ViewScene::new(&Scene { name: "s".into(), surfaces }, camera).unwrap();
         let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
         let options = StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 };
         let stitching = Stitching::new(&view, &options, Stop::NEVER);
@@ -260,4 +265,31 @@ fn it_stops() {
     let g = Geometry { view: &seen.view, forms: &seen.forms };
     let wanted = || true;
     assert_eq!(render(&g, &seen.stitching, &square(4.0, 4000), Stop::when(&wanted)).painted(), 0);
+}
+
+#[test]
+fn a_hole_is_left_out_and_its_rim_is_not() {
+    let plate = plane(DVec3::new(-1.0, 0.0, -1.0), 2.0 * DVec3::X, 2.0 * DVec3::Z).unwrap();
+    let frame = |radius: f64| {
+        let middle = Frame::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, DVec3::X).unwrap();
+        vec![crate::shape::circle(&middle, radius).unwrap()]
+    };
+    // In the parameters, both of which are half of lengths: a ring of radii 0.3 and 0.9.
+    let trims = Trims::new(&plate, &[frame(0.45), frame(0.15)]).unwrap();
+    let surface = SceneSurface { name: "plate".into(), surface: plate, trims: Some(trims) };
+    let seen = Seen::of(vec![surface], &front());
+    for pixels_across in [7, 40, 133] {
+        let grid = square(1.1, pixels_across);
+        let raster = seen.render(&grid);
+        for (column, row) in pixels(&grid) {
+            let (r, half) = (grid.centre(column, row).length(), grid.pixel * core::f64::consts::FRAC_1_SQRT_2);
+            let painted = raster.sample(column, row).is_some();
+            if r > 0.3 && r < 0.9 {
+                assert!(painted, "{column} {row} of {pixels_across}");
+            }
+            if r + half < 0.3 || r - half > 0.9 {
+                assert!(!painted, "{column} {row} of {pixels_across}");
+            }
+        }
+    }
 }

@@ -36,6 +36,7 @@ use alloc::vec::Vec;
 pub use tone::Tone;
 pub(crate) use tone::{in_model, incidence};
 
+pub(crate) use rail::restricted;
 use rail::{IsoDistance, Rail};
 use strip::Strips;
 use tone::Shade;

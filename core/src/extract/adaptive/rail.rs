@@ -57,7 +57,7 @@ impl Rail {
 }
 
 /// Control points of the part over `t` of a Bézier curve, by corner cutting at both ends.
-pub(super) fn restricted(points: &[DVec4], t: [f64; 2]) -> Vec<DVec4> {
+pub(crate) fn restricted(points: &[DVec4], t: [f64; 2]) -> Vec<DVec4> {
     let mut c = points.to_vec();
     let n = c.len();
     if t[1] < 1.0 {
