@@ -181,7 +181,7 @@ mod tests {
     fn rungs() -> Vec<Polyline> {
         let rung = |k: usize| {
             let y = 1.0 + k as f64;
-            let (a, b) = if k % 2 == 0 { (0.0, 20.0) } else { (20.0, 0.0) };
+            let (a, b) = if k.is_multiple_of(2) { (0.0, 20.0) } else { (20.0, 0.0) };
             polyline(Iso, 1, &[[a, y], [b, y]])
         };
         (0..20).map(rung).collect()
