@@ -229,7 +229,7 @@ impl Prepared {
         let g = Geometry { view: &self.view, forms: &self.forms };
         let found = cover(&g, &self.stitching, &self.options.curves, options, stop);
         stop.check()?;
-        let curves = cut_to_trims(&g, adaptive_curves(&g, &found));
+        let curves = adaptive_curves(&g, &found);
         self.arcs.extend(&curves, self.curves.len(), &g, FIT * self.view.size(), stop);
         stop.check()?;
         self.curves.extend(curves);

@@ -200,9 +200,7 @@ fn isocurves(g: &Geometry<'_>, stitching: &Stitching, grid: &PixelGrid, stop: St
         }
         let first = pieces.partition_point(|p| p.surface < surface);
         for p in pieces[first..].iter().take_while(|p| p.surface == surface) {
-            for t in kept(p.axis, p.value, p.t) {
-                arcs.push(&Line::over(g.view, surface, p.axis, p.value, false, t), t);
-            }
+            arcs.push(&Line::over(g.view, surface, p.axis, p.value, false, p.t), p.t);
         }
         TrimLine::all(g.view, surface).iter().for_each(|line| arcs.push_trim(g.view, line));
     }

@@ -25,6 +25,7 @@
 //! does not test this, takes them in space there ([`Spacing::Surface`]), which crowds curves towards outlines.
 
 mod edges;
+mod equal;
 mod rail;
 mod ruled;
 mod strip;

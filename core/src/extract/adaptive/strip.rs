@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use glam::DVec2;
 
+use super::equal::equal_strips;
 use super::rail::{IsoDistance, Rail, followed};
 use super::ruled::Ruled;
 use super::tone::Shade;
@@ -116,10 +117,30 @@ impl<'a> Strips<'a> {
     pub(super) fn cover(mut self) -> Cover {
         self.stats.curves = 2;
         let (s, t) = domain(&self.g, self.surface, self.axis);
+        let equal =
+            self.shade.and_then(|shade| equal_strips(&self.g, self.surface, self.axis, &shade, self.options.spacing));
+        if let Some(count) = equal {
+            self.draw_equal(count, s, t);
+            return Cover { pieces: self.pieces, stats: self.stats };
+        }
         let [a, b] = s.map(|s| self.rail(s, t));
         let strip = self.strip(s, 0, [&a, &b]);
         self.divide(&strip);
         Cover { pieces: self.pieces, stats: self.stats }
+    }
+
+    /// Records the isocurves between `count` equal strips.
+    fn draw_equal(&mut self, count: u64, s: [f64; 2], t: [f64; 2]) {
+        let finest = self.options.levels.max(1) - 1;
+        for k in 1..count {
+            if self.stop.is_wanted() {
+                return;
+            }
+            let value = s[0] + (s[1] - s[0]) * (k as f64 / count as f64);
+            let rail = self.rail(value, t);
+            self.stats.curves += 1;
+            self.record(value, t, finest - k.trailing_zeros().min(finest), &rail);
+        }
     }
 
     /// Where the isocurve at the end `s` of the domain is dark enough to be drawn, in `t`: where it is farther from the middle
@@ -273,10 +294,16 @@ impl<'a> Strips<'a> {
         }
     }
 
-    /// Records a piece of an isocurve unless it is too short to be more than a dot.
+    /// Records what trims keep of a piece of an isocurve, but for parts too short to be more than dots.
     fn record(&mut self, s: f64, t: [f64; 2], level: u32, rail: &Rail) {
-        if t[0] < t[1] && rail.cut(t).length_bound() > self.options.shortest {
-            self.pieces.push(IsoPiece { surface: self.surface, axis: self.axis, value: s, t, level });
+        let kept = match self.g.view.trims(self.surface) {
+            Some(trims) => trims.kept_on_line(self.axis, s, t),
+            None => alloc::vec![t],
+        };
+        for t in kept {
+            if t[0] < t[1] && rail.cut(t).length_bound() > self.options.shortest {
+                self.pieces.push(IsoPiece { surface: self.surface, axis: self.axis, value: s, t, level });
+            }
         }
     }
 }

@@ -291,6 +291,37 @@ fn curves_are_as_dense_as_the_tone_is_dark_and_gaps_are_no_narrower_than_half_th
 }
 
 #[test]
+fn a_plane_in_one_light_gets_equal_strips_and_levels_of_every_other_one() {
+    let seen = Seen::new(vec![plane(DVec3::ZERO, 4.0 * DVec3::X, 3.0 * DVec3::Y).unwrap()], DVec3::Z);
+    // Lit at 60°: dark by a half, of which an eighth is highlight.
+    let light = DVec3::new(libm::sqrt(3.0), 0.0, 1.0);
+    for (spacing, want) in [(0.1, 13.0), (0.037, 35.0), (10.0, 1.0)] {
+        let even = even(spacing, Direction::U);
+        let found = seen.cover(&AdaptiveOptions { tone: Some(Tone::Lambert(light)), levels: 3, ..even }).pieces;
+        assert_eq!(want, libm::round(3.0 * (0.5 - 0.125) / 0.875 / spacing).max(1.0));
+        assert_eq!(found.len() as f64, want - 1.0);
+        for (p, k) in found.iter().zip(1_u32..) {
+            assert!((p.value - f64::from(k) / want).abs() < 1e-15 && p.t == [0.0, 1.0]);
+            assert_eq!(
+                p.level,
+                if k % 4 == 0 {
+                    0
+                } else if k % 2 == 0 {
+                    1
+                } else {
+                    2
+                }
+            );
+        }
+    }
+    assert!(
+        seen.cover(&AdaptiveOptions { tone: Some(Tone::Lambert(DVec3::Z)), ..even(0.1, Direction::U) })
+            .pieces
+            .is_empty()
+    );
+}
+
+#[test]
 fn perspective_is_measured_on_the_screen() {
     let camera = Camera::perspective(DVec3::new(0.0, -3.0, 1.5), DVec3::ZERO, DVec3::Z).unwrap();
     let floor = plane(DVec3::new(-2.0, -2.0, 0.0), 4.0 * DVec3::X, 4.0 * DVec3::Y).unwrap();
