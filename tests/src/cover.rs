@@ -11,8 +11,9 @@ use penvis_core::view::Camera;
 /// Places along a surface's isocurves at which neighbours are compared.
 const PLACES: usize = 96;
 
-/// Points a knot interval in each direction at which a surface is looked at.
-const SAMPLES: usize = 16;
+/// Points a knot interval in each direction at which a surface is looked at: a prime, so that none lies on the isocurves that
+/// halving makes.
+const SAMPLES: usize = 19;
 
 /// Chords of an isocurve's polyline for each knot interval that it crosses.
 const CHORDS: usize = 48;
