@@ -187,25 +187,31 @@ impl Line {
         let below = self.spans.partition_point(|s| s.t[0] < from).saturating_sub(1);
         let lo = (from - step(&self.spans[below])).max(a);
         let hi = (from + step(&self.spans[self.span_at(from)])).min(b);
-        let mut t = from;
-        for _ in 0..30 {
-            let (q, d) = self.jet(t);
-            let slope = d.length_squared();
-            if slope == 0.0 {
-                break;
-            }
-            // Gauss–Newton: the point is on the line or nearly so, where it converges quadratically.
-            let next = (t - (q - p).dot(d) / slope).clamp(lo, hi);
-            let moved = (next - t).abs();
-            t = next;
-            if moved <= 1e-15 * (b - a) {
-                break;
-            }
-        }
+        let t = foot(|t| self.jet(t), p, from, [lo, hi], b - a);
         let distance = |t: f64| (self.point(t) - p).length();
         let (d, before) = (distance(t), distance(from));
         if d <= before { (t, d) } else { (from, before) }
     }
+}
+
+/// The parameter of a curve near `from`, within `bounds`, at which it is nearest to `p`: Gauss–Newton, which converges
+/// quadratically as long as the point is on the curve or nearly so. To the rounding of parameters as large as `range`.
+pub(crate) fn foot(jet: impl Fn(f64) -> (DVec3, DVec3), p: DVec3, from: f64, bounds: [f64; 2], range: f64) -> f64 {
+    let mut t = from;
+    for _ in 0..30 {
+        let (q, d) = jet(t);
+        let slope = d.length_squared();
+        if slope == 0.0 {
+            break;
+        }
+        let next = (t - (q - p).dot(d) / slope).clamp(bounds[0], bounds[1]);
+        let moved = (next - t).abs();
+        t = next;
+        if moved.is_nan() || moved <= 1e-15 * range {
+            break;
+        }
+    }
+    t
 }
 
 /// Nearest point to `p` of the segment between two homogeneous points over the parameters `t`: parameter and distance.

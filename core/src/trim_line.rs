@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
+use crate::line::foot;
 use crate::trim::{TrimLoop, TrimPiece, Trims};
 use crate::view::ViewScene;
 
@@ -193,21 +194,7 @@ impl TrimLine {
         let [a, b] = self.domain();
         let step = 1.0 / f64::from(SAMPLES);
         let (lo, hi) = ((from - step).max(a), (from + step).min(b));
-        let mut t = from;
-        for _ in 0..30 {
-            let (q, d) = self.jet(view, t);
-            let slope = d.length_squared();
-            if slope == 0.0 {
-                break;
-            }
-            // Gauss–Newton: the point is on the line or nearly so, where it converges quadratically.
-            let next = (t - (q - p).dot(d) / slope).clamp(lo, hi);
-            let moved = (next - t).abs();
-            t = next;
-            if moved.is_nan() || moved <= 1e-15 * (b - a) {
-                break;
-            }
-        }
+        let t = foot(|t| self.jet(view, t), p, from, [lo, hi], b - a);
         let distance = |t: f64| self.point(view, t).distance(p);
         let (d, before) = (distance(t), distance(from));
         if d <= before { (t, d) } else { (from, before) }
