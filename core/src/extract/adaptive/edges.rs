@@ -22,13 +22,19 @@ pub(super) fn pieces(
     shade: Option<Shade>,
     tasks: &[(usize, Axis)],
 ) -> Vec<IsoPiece> {
+    // Whether isocurves of constant u, and of constant v, cover each surface.
+    let mut covers = vec![[false; 2]; g.view.surfaces().len()];
+    tasks.iter().for_each(|&(surface, axis)| covers[surface][usize::from(axis == Axis::V)] = true);
     let mut out = Vec::new();
     for edge in stitching.edges.iter().filter(|e| e.owner() && !drawn.contains(kind(e.class))) {
         let mut sides = vec![edge.side];
         sides.extend(&edge.partners);
         let covered = |side: usize| {
             // No isocurve runs along a trim curve.
-            stitching.sides[side].path.line().is_some_and(|line| tasks.contains(&(line.surface, line.axis)))
+            stitching.sides[side]
+                .path
+                .line()
+                .is_some_and(|line| covers[line.surface][usize::from(line.axis == Axis::V)])
         };
         let Some(line) = stitching.sides[edge.side].path.line() else { continue };
         if !sides.iter().any(|&side| covered(side)) {
