@@ -19,8 +19,10 @@ const FINEST_MM: f64 = 0.01;
 /// Most levels. Spacing doubles with each, and the coarsest of 16 is 32,768 times the finest.
 const MOST_LEVELS: u32 = 16;
 
-/// Curves shorter than this share of the spacing are left out: a pen makes dots of them.
+/// Curves shorter than this share of the spacing are left out: a pen makes dots of them. More is left out where a tone lets
+/// curves end anywhere than where spacing is promised.
 const SHORTEST: f64 = 0.25;
+const SHORTEST_SHADED: f64 = 2.0;
 
 /// The isocurves of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +123,8 @@ impl Adaptive {
     pub fn on_screen(&self, layout: &Layout) -> AdaptiveOptions {
         let spacing = layout.to_screen_length(self.spacing_mm);
         let Self { measured, direction, tone, levels, .. } = *self;
-        AdaptiveOptions { spacing, measured, direction, tone, levels, shortest: SHORTEST * spacing }
+        let shortest = spacing * if tone.is_some() { SHORTEST_SHADED } else { SHORTEST };
+        AdaptiveOptions { spacing, measured, direction, tone, levels, shortest }
     }
 }
 

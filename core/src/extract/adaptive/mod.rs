@@ -100,7 +100,8 @@ pub struct AdaptiveOptions {
     pub tone: Option<Tone>,
     /// Number of levels, at least 1: the isocurves up to level k are those for 2ⁿ⁻¹⁻ᵏ times the spacing.
     pub levels: u32,
-    /// Curves no longer than this on the screen are left out, as are divisions of strips no longer.
+    /// Curves no longer than this on the screen that end inside their surface are left out, as are divisions of strips no
+    /// longer.
     pub shortest: f64,
 }
 

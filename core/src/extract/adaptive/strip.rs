@@ -155,7 +155,9 @@ impl<'a> Strips<'a> {
         } else {
             self.strip([middle, s], 0, [&other, &own])
         };
-        self.exceeding(&strip, &density, 1.0)
+        let mut dark = self.exceeding(&strip, &density, 1.0);
+        dark.retain(|&t| !self.is_dot(t, &own.cut(t)));
+        dark
     }
 
     fn rail(&self, s: f64, t: [f64; 2]) -> Rail {
@@ -177,7 +179,7 @@ impl<'a> Strips<'a> {
         for t in self.wide(strip, middle) {
             let between = self.rail(middle, t);
             let [a, b] = strip.rails.map(|r| r.cut(t));
-            if between.length_bound().max(a.length_bound()).max(b.length_bound()) <= self.options.shortest {
+            if [&a, &between, &b].iter().all(|rail| self.is_dot(t, rail)) {
                 continue;
             }
             self.stats.curves += 1;
@@ -294,14 +296,22 @@ impl<'a> Strips<'a> {
         }
     }
 
-    /// Records what trims keep of a piece of an isocurve, but for parts too short to be more than dots.
+    /// Whether what lies over `t` of an isocurve is a dot on paper: too short, unless it reaches an edge, over which its
+    /// neighbour's isocurve can go on, or nothing.
+    fn is_dot(&self, t: [f64; 2], rail: &Rail) -> bool {
+        let (_, whole) = domain(&self.g, self.surface, self.axis);
+        let inside = whole[0] < t[0] && t[1] < whole[1];
+        rail.length_bound() <= if inside { self.options.shortest } else { 0.0 }
+    }
+
+    /// Records what trims keep of a piece of an isocurve, but for dots.
     fn record(&mut self, s: f64, t: [f64; 2], level: u32, rail: &Rail) {
         let kept = match self.g.view.trims(self.surface) {
             Some(trims) => trims.kept_on_line(self.axis, s, t),
             None => alloc::vec![t],
         };
         for t in kept {
-            if t[0] < t[1] && rail.cut(t).length_bound() > self.options.shortest {
+            if t[0] < t[1] && !self.is_dot(t, &rail.cut(t)) {
                 self.pieces.push(IsoPiece { surface: self.surface, axis: self.axis, value: s, t, level });
             }
         }

@@ -322,6 +322,24 @@ fn a_plane_in_one_light_gets_equal_strips_and_levels_of_every_other_one() {
 }
 
 #[test]
+fn what_is_shorter_than_a_dash_and_ends_inside_is_left_out() {
+    const DASH: f64 = 0.06;
+    let seen = Seen::new(vec![sphere(&Frame::WORLD, 1.0).unwrap()], DVec3::NEG_Y);
+    let tone = Some(Tone::Lambert(DVec3::new(-1.0, 1.0, 1.0)));
+    let all = AdaptiveOptions { tone, ..even(0.02, Direction::Both) };
+    let dashes = AdaptiveOptions { shortest: DASH, ..all };
+    let short = |options: &AdaptiveOptions| {
+        let inside = |p: &&IsoPiece| p.t[0] > 0.0 && p.t[1] < 1.0;
+        let length = |p: &IsoPiece| Rail::new(&seen.view, 0, p.axis, p.value, p.t).length_bound();
+        let lengths: Vec<f64> = seen.cover(options).pieces.iter().filter(inside).map(length).collect();
+        (lengths.iter().filter(|&&l| l <= DASH).count(), lengths.iter().filter(|&&l| l > DASH).count())
+    };
+    let (some, rest) = short(&all);
+    assert!(some > 0);
+    assert_eq!(short(&dashes), (0, rest));
+}
+
+#[test]
 fn perspective_is_measured_on_the_screen() {
     let camera = Camera::perspective(DVec3::new(0.0, -3.0, 1.5), DVec3::ZERO, DVec3::Z).unwrap();
     let floor = plane(DVec3::new(-2.0, -2.0, 0.0), 4.0 * DVec3::X, 4.0 * DVec3::Y).unwrap();
