@@ -65,8 +65,8 @@ pub(crate) fn place<'a>(options: &DrawingOptions, progress: &'a Progress) -> Res
 
 /// Computes the drawing.
 ///
-/// The core is run in two steps, because the chord error and the spacing of isocurves on the screen follow from the scale, and the scale from the
-/// extent of the picture.
+/// The core is run in two steps, because the chord error and the spacing of isocurves on the screen follow from the scale,
+/// and the scale from the extent of the picture.
 ///
 /// # Errors
 /// If a model cannot be read, the view does not exist or does not see all of the model, the picture cannot be scaled, or

@@ -4,7 +4,6 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::strip::Strips;
-use super::tone::Shade;
 use super::{AdaptiveOptions, IsoPiece};
 use crate::extract::{CurveKind, CurveSet, Geometry};
 use crate::line::{Axis, Line};
@@ -19,7 +18,6 @@ pub(super) fn pieces(
     stitching: &Stitching,
     drawn: &CurveSet,
     options: &AdaptiveOptions,
-    shade: Option<Shade>,
     tasks: &[(usize, Axis)],
 ) -> Vec<IsoPiece> {
     // Whether isocurves of constant u, and of constant v, cover each surface.
@@ -40,7 +38,7 @@ pub(super) fn pieces(
         if !sides.iter().any(|&side| covered(side)) {
             continue;
         }
-        for t in dark(g, line, edge, options, shade) {
+        for t in dark(g, line, edge, options) {
             out.push(IsoPiece { surface: line.surface, axis: line.axis, value: line.value, t, level: 0 });
         }
     }
@@ -56,8 +54,8 @@ fn kind(class: EdgeClass) -> CurveKind {
 }
 
 /// The parts of an edge, which runs along `line`, that are dark enough.
-fn dark(g: &Geometry<'_>, line: &Line, edge: &Edge, options: &AdaptiveOptions, shade: Option<Shade>) -> Vec<[f64; 2]> {
-    if shade.is_none() {
+fn dark(g: &Geometry<'_>, line: &Line, edge: &Edge, options: &AdaptiveOptions) -> Vec<[f64; 2]> {
+    if options.tone.is_none() {
         return vec![edge.t];
     }
     let mut strips = Strips::new(g, line.surface, line.axis, options, Stop::NEVER);

@@ -40,7 +40,6 @@ pub(crate) use tone::{in_model, incidence};
 pub(crate) use rail::restricted;
 use rail::{IsoDistance, Rail};
 use strip::Strips;
-use tone::Shade;
 
 use super::CurveSet;
 use super::curve::{Geometry, Path, SurfaceCurve};
@@ -173,8 +172,7 @@ pub fn cover(
         out.stats.distances += c.stats.distances;
         out.stats.ruled_tests += c.stats.ruled_tests;
     }
-    let shade = options.tone.map(|tone| Shade::new(tone, g.view));
-    out.pieces.extend(edges::pieces(g, stitching, drawn, options, shade, &tasks));
+    out.pieces.extend(edges::pieces(g, stitching, drawn, options, &tasks));
     out
 }
 

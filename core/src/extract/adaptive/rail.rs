@@ -140,6 +140,11 @@ impl IsoDistance {
         Self { above: Piecewise::new(above), below: Piecewise::new(below) }
     }
 
+    /// The distance over a part of the interval: nothing is formed again.
+    pub(super) fn part(&self, t: [f64; 2]) -> Self {
+        Self { above: self.above.restricted(t), below: self.below.restricted(t) }
+    }
+
     /// The largest distance, exact: at an end of a span, or where the derivative N′D − ND′ of the square vanishes.
     pub(super) fn maximum(&self) -> f64 {
         let mut most = 0.0_f64;

@@ -275,15 +275,15 @@ impl<'a> Strips<'a> {
                 wanted.push(intersection(&x, &y));
             }
         } else {
-            let distance = IsoDistance {
-                above: strip.distance.above.restricted(whole),
-                below: strip.distance.below.restricted(whole),
-            };
-            let part = Strip { s: strip.s, index: strip.index, rails: [a, b], distance };
-            let density = Density::Even(1.0 / self.options.spacing);
-            for level in 0..finest {
-                let scale = libm::exp2(f64::from(finest - level));
-                wanted.push(self.exceeding(&part, &density, scale));
+            // One level is all of it, and nothing has to be asked.
+            if finest > 0 {
+                let part =
+                    Strip { s: strip.s, index: strip.index, rails: [a, b], distance: strip.distance.part(whole) };
+                let density = Density::Even(1.0 / self.options.spacing);
+                for level in 0..finest {
+                    let scale = libm::exp2(f64::from(finest - level));
+                    wanted.push(self.exceeding(&part, &density, scale));
+                }
             }
             wanted.push(alloc::vec![whole]);
         }
