@@ -29,7 +29,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let torus = shape::torus(&shape::Frame::WORLD, 3.0, 1.0)?;
-//! let surfaces = vec![scene::SceneSurface { name: "torus".into(), surface: torus, trims: None }];
+//! let surfaces = vec![scene::SceneSurface::new("torus", torus)];
 //! let scene = scene::Scene { name: "ring".into(), surfaces };
 //! let camera = view::Camera::orthographic(DVec3::new(1.0, -2.0, 1.0), DVec3::Z)?;
 //! let prepared = pipeline::Prepared::new(&scene, &camera, &pipeline::DrawOptions::default(), &())?;

@@ -239,7 +239,7 @@ mod tests {
     /// A torus of radii 3 and 1 seen from above: view coordinates are model coordinates.
     fn view() -> ViewScene {
         let surface = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
-        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface, trims: None }] };
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface::new("t", surface)] };
         ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap()
     }
 
@@ -305,8 +305,7 @@ mod tests {
     #[test]
     fn the_nearest_point_may_be_on_the_longer_side_of_a_knot() {
         let ring = torus(&Frame::WORLD, 3.0, 1.0).unwrap().insert_knot_u(0.26, 1).unwrap();
-        let scene =
-            Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface: ring, trims: None }] };
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface::new("t", ring)] };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap();
         let line = Line::new(&view, 0, Axis::V, 0.0, false);
         for t in [0.25 - 0.007, 0.25 - 0.001, 0.2501, 0.26 + 0.006] {

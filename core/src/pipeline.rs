@@ -399,7 +399,7 @@ mod tests {
             DVec4::new(linear[i], linear[j], square[i] - square[j], 1.0)
         });
         let surface = Surface::new(knots(), knots(), points.collect()).unwrap();
-        Scene { name: "saddle".into(), surfaces: vec![SceneSurface { name: "saddle".into(), surface, trims: None }] }
+        Scene { name: "saddle".into(), surfaces: vec![SceneSurface::new("saddle", surface)] }
     }
 
     fn traced(scene: &Scene, eye: DVec3, options: &DrawOptions) -> Traced {

@@ -56,7 +56,7 @@ impl Edge {
 pub struct StitchOptions {
     /// Boundaries nearer than this everywhere are one edge; view-space units.
     pub distance: f64,
-    /// Largest angle between the tangent planes of a smooth join, radians.
+    /// Largest angle between the tangent planes of a smooth join, radians; facets of a mesh have their own.
     pub angle: f64,
 }
 
@@ -204,7 +204,8 @@ fn side_edges(
         let classes = match partners.as_slice() {
             [] => alloc::vec![(EdgeClass::Boundary, [w[0], w[1]])],
             [j] => {
-                let cosine = libm::cos(options.angle);
+                let meeting = [path.surface(), sides[*j].path.surface()];
+                let cosine = libm::cos(view.smooth_angle(meeting, options.angle));
                 let class = |t: f64| {
                     let tj = sides[*j].path.nearest(view, path.point(view, t)).0;
                     let (n, m) = (conormal(view, path, t)?, conormal(view, &sides[*j].path, tj)?);
@@ -323,14 +324,13 @@ fn conormal_of_border(view: &ViewScene, line: &Line, t: f64) -> Option<DVec3> {
 mod tests {
     use super::*;
     use crate::nurbs::{KnotVector, Surface};
-    use crate::scene::{Scene, SceneSurface};
+    use crate::scene::{Facet, Scene, SceneSurface};
     use crate::shape::{Frame, cylinder, plane, sphere, torus};
     use crate::view::Camera;
     use alloc::vec;
 
     fn stitched(surfaces: Vec<Surface>) -> Stitching {
-        let surfaces =
-            surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None }).collect();
+        let surfaces = surfaces.into_iter().map(|surface| SceneSurface::new("s", surface)).collect();
         let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
         let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
         Stitching::new(&view, &StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 }, Stop::NEVER)
@@ -348,6 +348,27 @@ mod tests {
     #[test]
     fn a_lone_square_has_four_boundaries() {
         assert_eq!(classes(&stitched(vec![square(DVec3::ZERO, DVec3::X, DVec3::Y)])), [4, 0, 0]);
+    }
+
+    #[test]
+    fn facets_of_a_mesh_join_smoothly_up_to_the_angle_of_their_mesh() {
+        let roof = |crease_angles: [f64; 2]| {
+            let rising = square(DVec3::ZERO, DVec3::new(1.0, 0.0, 0.25), DVec3::Y);
+            let falling = square(DVec3::new(1.0, 0.0, 0.25), DVec3::new(1.0, 0.0, -0.25), DVec3::Y);
+            let facets = [rising, falling].into_iter().zip(crease_angles).map(|(surface, crease_angle)| SceneSurface {
+                facet: Some(Facet { crease_angle }),
+                ..SceneSurface::new("facet", surface)
+            });
+            let scene = Scene { name: "roof".into(), surfaces: facets.collect() };
+            let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
+            let view = ViewScene::new(&scene, &camera).unwrap();
+            let options = StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 };
+            self::classes(&Stitching::new(&view, &options, Stop::NEVER))
+        };
+        // They meet at twice the arc tangent of 1/4, which is 0.49.
+        assert_eq!(roof([0.5, 0.5]), [6, 0, 2]);
+        assert_eq!(roof([0.48, 0.48]), [6, 2, 0]);
+        assert_eq!(roof([0.5, 0.48]), [6, 2, 0]);
     }
 
     #[test]

@@ -237,7 +237,8 @@ mod tests {
     fn view(loops: &[Vec<Curve>]) -> ViewScene {
         let surface = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
         let trims = Some(Trims::new(&surface, loops).unwrap());
-        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface, trims }] };
+        let scene =
+            Scene { name: "t".into(), surfaces: vec![SceneSurface { trims, ..SceneSurface::new("t", surface) }] };
         ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap()
     }
 

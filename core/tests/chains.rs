@@ -12,7 +12,7 @@ use penvis_core::view::Camera;
 use proptest::prelude::*;
 
 fn prepared(surfaces: Vec<Surface>, camera: &Camera) -> Prepared {
-    let named = |(k, surface): (usize, Surface)| SceneSurface { name: k.to_string(), surface, trims: None };
+    let named = |(k, surface): (usize, Surface)| SceneSurface::new(k.to_string(), surface);
     let scene = Scene { name: String::new(), surfaces: surfaces.into_iter().enumerate().map(named).collect() };
     let options = DrawOptions { isos: 0, ..DrawOptions::default() };
     Prepared::new(&scene, camera, &options, &()).expect("a picture")

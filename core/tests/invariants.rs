@@ -24,7 +24,7 @@ fn model() -> Vec<Surface> {
 
 /// Visible length on the screen, kind by kind.
 fn visible(surfaces: Vec<Surface>, eye: DVec3, up: DVec3, isos: u32, scale: f64) -> BTreeMap<CurveKind, f64> {
-    let named = |(k, surface): (usize, Surface)| SceneSurface { name: k.to_string(), surface, trims: None };
+    let named = |(k, surface): (usize, Surface)| SceneSurface::new(k.to_string(), surface);
     let scene = Scene { name: String::new(), surfaces: surfaces.into_iter().enumerate().map(named).collect() };
     let camera = Camera::orthographic(eye, up).expect("a camera");
     let options = DrawOptions { isos, ..DrawOptions::default() };

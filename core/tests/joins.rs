@@ -19,7 +19,7 @@ fn roll(above: [f64; 2], below: [f64; 2]) -> Surface {
 
 /// Intervals of y that visible silhouettes cover, in order, those that touch made one.
 fn covered(surfaces: &[Surface]) -> Vec<[f64; 2]> {
-    let named = |surface: &Surface| SceneSurface { name: "part".into(), surface: surface.clone(), trims: None };
+    let named = |surface: &Surface| SceneSurface::new("part", surface.clone());
     let scene = Scene { name: "roll".into(), surfaces: surfaces.iter().map(named).collect() };
     let camera = Camera::orthographic(DVec3::Z, DVec3::Y).expect("a camera");
     let prepared = Prepared::new(&scene, &camera, &DrawOptions::default(), &()).expect("a picture");

@@ -8,8 +8,7 @@ use penvis_core::view::Camera;
 
 fn stats_from(direction: DVec3) -> Stats {
     let surface = torus(&Frame::WORLD, 3.0, 1.0).expect("a torus");
-    let scene =
-        Scene { name: "torus".into(), surfaces: vec![SceneSurface { name: "torus".into(), surface, trims: None }] };
+    let scene = Scene { name: "torus".into(), surfaces: vec![SceneSurface::new("torus", surface)] };
     let camera = Camera::orthographic(direction, DVec3::Z).expect("a camera");
     let prepared = Prepared::new(&scene, &camera, &DrawOptions::default(), &()).expect("a picture");
     prepared.trace(1e-3, &()).expect("nothing stops it").stats

@@ -11,7 +11,7 @@ use penvis_core::shape::{Frame, cone, sphere, torus};
 use penvis_core::view::Camera;
 
 fn prepared(surface: &Surface, eye: DVec3) -> Prepared {
-    let surfaces = vec![SceneSurface { name: "s".into(), surface: surface.clone(), trims: None }];
+    let surfaces = vec![SceneSurface::new("s", surface.clone())];
     let up = if eye.z.abs() > 0.9 * eye.length() { DVec3::Y } else { DVec3::Z };
     let camera = Camera::orthographic(eye, up).expect("a camera");
     let options = DrawOptions { isos: 0, ..DrawOptions::default() };

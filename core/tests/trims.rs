@@ -24,12 +24,12 @@ fn rectangle(u: [f64; 2], v: [f64; 2]) -> Vec<Curve> {
 }
 
 fn whole(surface: Surface) -> SceneSurface {
-    SceneSurface { name: "whole".into(), surface, trims: None }
+    SceneSurface::new("whole", surface)
 }
 
 fn trimmed(surface: Surface, loops: &[Vec<Curve>]) -> SceneSurface {
     let trims = Some(Trims::new(&surface, loops).expect("trims"));
-    SceneSurface { name: "trimmed".into(), surface, trims }
+    SceneSurface { trims, ..SceneSurface::new("trimmed", surface) }
 }
 
 /// The square with side `size` about (0, 0, z); its parameters run from 0 to 1.

@@ -11,7 +11,7 @@ use crate::drawing::Drawing;
 use crate::error::Error;
 use crate::interrupt;
 use crate::isocurves::Isocurves;
-use crate::model::{self, View};
+use crate::model::{self, ModelError, Reading, View};
 use crate::options::DrawingOptions;
 use crate::page::{self, Hatching, Layout};
 use crate::progress::Progress;
@@ -45,7 +45,8 @@ pub(crate) fn place<'a>(options: &DrawingOptions, progress: &'a Progress) -> Res
     let started = Instant::now();
     interrupt::watch();
     progress.stage("reading");
-    let model = model::load(&options.models)?;
+    let watch = ReadWatch { progress, started, limit: options.time_limit };
+    let model = model::load(&options.models, &Reading::new(&watch)).map_err(|e| watch.reason(e))?;
     let view = options.view.resolve(model.view, &model.scene);
     let camera = view.camera()?;
     let read = started.elapsed().as_secs_f64();
@@ -101,6 +102,36 @@ fn curve_set(options: &DrawingOptions) -> CurveSet {
         iso: has(CurveKind::Iso),
         smooth: has(CurveKind::Smooth),
         section: has(CurveKind::Section),
+    }
+}
+
+/// Shows how much is read, and stops reading at Ctrl-C or when the time is over.
+struct ReadWatch<'a> {
+    progress: &'a Progress,
+    started: Instant,
+    limit: Option<Duration>,
+}
+
+impl ReadWatch<'_> {
+    /// Why there is no model: a stop is put down to what asked for it.
+    fn reason(&self, error: ModelError) -> Error {
+        match (error, self.limit) {
+            (ModelError::Stopped { file }, Some(limit)) if !interrupt::is_wanted() => {
+                Error::TimeLimit { limit_s: limit.as_secs_f64(), doing: format!("reading {file}") }
+            }
+            (ModelError::Stopped { file }, _) => Error::Interrupted { doing: format!("reading {file}") },
+            (error, _) => error.into(),
+        }
+    }
+}
+
+impl model::Watch for ReadWatch<'_> {
+    fn progress(&self, done: usize, total: usize) {
+        self.progress.stage(&format!("reading: {done} of {total}"));
+    }
+
+    fn stops(&self) -> bool {
+        interrupt::is_wanted() || self.limit.is_some_and(|limit| self.started.elapsed() > limit)
     }
 }
 

@@ -423,7 +423,7 @@ mod tests {
 
     fn view(words: &str) -> View {
         let stored = View::perspective(DVec3::new(3.0, -4.0, 1.0), DVec3::Z);
-        let scene = model::load(&["saddle".into()]).unwrap().scene;
+        let scene = model::load(&["saddle".into()], &model::Reading::new(&())).unwrap().scene;
         options(&format!("saddle -o a.svg {words}")).unwrap().drawing.view.resolve(Some(stored), &scene)
     }
 
@@ -447,7 +447,7 @@ mod tests {
     fn a_perspective_holds_the_model() {
         let seen = view("--view iso --perspective 40");
         let Projection::Perspective { eye, target } = seen.projection else { panic!("{seen:?}") };
-        let scene = model::load(&["saddle".into()]).unwrap().scene;
+        let scene = model::load(&["saddle".into()], &model::Reading::new(&())).unwrap().scene;
         let widest = scene.surfaces[0].surface.homogeneous().iter().map(|h| {
             let p = h.truncate() / h.w;
             (p - eye).angle_between(target - eye).to_degrees()

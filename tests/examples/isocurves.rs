@@ -66,7 +66,7 @@ fn hourglass() -> Scene {
     let profile = Curve::new(knots, profile.to_vec()).expect("a profile");
     let axis = (glam::DVec3::ZERO, glam::DVec3::Z);
     let surface = shape::revolution(&profile, axis.0, axis.1, std::f64::consts::TAU).expect("a surface");
-    Scene { name: "hourglass".into(), surfaces: vec![SceneSurface { name: "hourglass".into(), surface, trims: None }] }
+    Scene { name: "hourglass".into(), surfaces: vec![SceneSurface::new("hourglass", surface)] }
 }
 
 fn row(name: &str, scene: &Scene, camera: &Camera, spacing_mm: f64, draws: bool) {

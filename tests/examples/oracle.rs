@@ -50,7 +50,7 @@ fn main() -> ExitCode {
     println!("|---|--:|--:|--:|");
     let mut wrong = 0;
     for word in &words {
-        let scene = match model::load(std::slice::from_ref(word)) {
+        let scene = match model::load(std::slice::from_ref(word), &model::Reading::new(&())) {
             Ok(model) => model.scene,
             Err(error) => {
                 println!("| {word} | {error} | | |");

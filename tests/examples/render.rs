@@ -29,7 +29,7 @@ fn main() -> ExitCode {
     println!("|---|{}", "--:|".repeat(10));
     let mut all = Agreement::default();
     for word in &words {
-        let model = match model::load(std::slice::from_ref(word)) {
+        let model = match model::load(std::slice::from_ref(word), &model::Reading::new(&())) {
             Ok(model) => model,
             Err(error) => {
                 println!("| {word} | {error} |");

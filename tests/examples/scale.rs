@@ -69,7 +69,7 @@ fn main() {
         _ => (tori(n), 8),
     };
     let visibility = if words.get(2).is_some_and(|w| w == "propagate") { Method::Propagate } else { Method::Rays };
-    let named = |surface| SceneSurface { name: String::new(), surface, trims: None };
+    let named = |surface| SceneSurface::new("", surface);
     let scene = Scene { name: "scale".into(), surfaces: surfaces.into_iter().map(named).collect() };
     let camera = Camera::orthographic(DVec3::new(0.35, -0.5, 0.8), DVec3::Z).expect("a camera");
     let options = DrawOptions { isos, visibility, ..DrawOptions::default() };

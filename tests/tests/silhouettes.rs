@@ -17,7 +17,7 @@ use penvis_core::view::Camera;
 use proptest::prelude::*;
 
 fn scene(surfaces: Vec<Surface>) -> Scene {
-    let named = |(k, surface): (usize, Surface)| SceneSurface { name: k.to_string(), surface, trims: None };
+    let named = |(k, surface): (usize, Surface)| SceneSurface::new(k.to_string(), surface);
     Scene { name: String::new(), surfaces: surfaces.into_iter().enumerate().map(named).collect() }
 }
 

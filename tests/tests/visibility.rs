@@ -153,7 +153,7 @@ fn hidden_and_visible_without_counting() {
 /// The comparison can fail: an oracle that sees one ball more disagrees where the ball hides the wall, and there only.
 #[test]
 fn a_sheet_that_one_of_them_does_not_see_is_noticed() {
-    let named = |name: &str, surface| SceneSurface { name: name.into(), surface, trims: None };
+    let named = |name: &str, surface| SceneSurface::new(name, surface);
     let wall = plane(DVec3::new(-3.0, 2.0, -3.0), 6.0 * DVec3::X, 6.0 * DVec3::Z).expect("a plane");
     let ball = sphere(&Frame::WORLD, 1.0).expect("a sphere");
     let bare = Scene { name: "wall".into(), surfaces: vec![named("wall", wall)] };

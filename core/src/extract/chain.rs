@@ -59,7 +59,7 @@ pub struct ChainStats {
 pub struct ChainOptions {
     /// Ends nearer than this can be one place; view-space units. As wide as what counts as one edge in stitching.
     pub gap: f64,
-    /// Largest angle between the tangent planes of a smooth passage, radians.
+    /// Largest angle between the tangent planes of a smooth passage, radians; facets of a mesh have their own.
     pub angle: f64,
 }
 
@@ -82,7 +82,7 @@ pub fn silhouette_chains(
     for &k in &which {
         ends.extend([false, true].map(|last| End::new(g, &curves[k], &sheet, last)));
     }
-    let mut pairs = pairs(&ends, options);
+    let mut pairs = pairs(g, &ends, options);
     pairs.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.ends.cmp(&b.ends)));
     let mut partner: Vec<Option<usize>> = vec![None; ends.len()];
     let mut cusps = 0;
@@ -113,6 +113,7 @@ const INSIDE: f64 = 1.0 / 16384.0;
 
 /// One end of a silhouette.
 struct End {
+    surface: usize,
     /// Connected by smooth edges: the same number.
     sheet: usize,
     patch: usize,
@@ -167,6 +168,7 @@ impl End {
         let on = [local.x == 0.0, local.x == 1.0, local.y == 0.0, local.y == 1.0];
         let collapsed = g.forms[patch].collapsed;
         Self {
+            surface: curve.surface,
             sheet: sheet[curve.surface],
             patch,
             local,
@@ -231,7 +233,7 @@ struct Pair {
     cost: f64,
 }
 
-fn pairs(ends: &[End], options: ChainOptions) -> Vec<Pair> {
+fn pairs(g: &Geometry<'_>, ends: &[End], options: ChainOptions) -> Vec<Pair> {
     // Cells twice the gap wide: whatever is within the gap lies in the same cell or one of its neighbours.
     let cell = (2.0 * options.gap).max(f64::MIN_POSITIVE);
     let key = |p: DVec3| [p.x, p.y, p.z].map(|x| libm::floor(x / cell) as i64);
@@ -239,7 +241,7 @@ fn pairs(ends: &[End], options: ChainOptions) -> Vec<Pair> {
     for (k, end) in ends.iter().enumerate() {
         cells.entry(key(end.point)).or_default().push(k);
     }
-    let cosine = libm::cos(options.angle);
+    let cosine = |a: &End, b: &End| libm::cos(g.view.smooth_angle([a.surface, b.surface], options.angle));
     let mut out = Vec::new();
     for (a, ea) in ends.iter().enumerate() {
         let at = key(ea.point);
@@ -249,7 +251,7 @@ fn pairs(ends: &[End], options: ChainOptions) -> Vec<Pair> {
             for &b in cells.get(&near).into_iter().flatten().filter(|&&b| b > a) {
                 let eb = &ends[b];
                 let distance = (ea.point - eb.point).length();
-                let smooth = ea.normal.zip(eb.normal).is_some_and(|(n, m)| n.dot(m).abs() >= cosine);
+                let smooth = ea.normal.zip(eb.normal).is_some_and(|(n, m)| n.dot(m).abs() >= cosine(ea, eb));
                 // A curve closes on itself if it leaves the gap in between, or begins and ends at one zero of F.
                 let short = a / 2 == b / 2 && (ea.middle - ea.point).length() <= options.gap && ea.local != eb.local;
                 if distance <= options.gap && smooth && !short && ea.opens_into(eb) {

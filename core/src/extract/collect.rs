@@ -109,7 +109,7 @@ pub fn curves(
     // Active curves first: of coincident lines the earlier one is inked, and outlines come before what fills them.
     out.sort_by_key(|c| !c.active);
     if options.wanted.iso {
-        for surface in 0..g.view.surfaces().len() {
+        for surface in (0..g.view.surfaces().len()).filter(|&s| g.view.facet(s).is_none()) {
             if stop.is_wanted() {
                 return out;
             }

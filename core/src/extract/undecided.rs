@@ -68,7 +68,7 @@ mod tests {
         // 4 by 3 in u and v from (1, 0, 0), in two patches that meet at u = 1/2; seen from above.
         let surface = plane(DVec3::X, 4.0 * DVec3::X, 3.0 * DVec3::Y).unwrap().insert_knot_u(0.5, 1).unwrap();
         let far = plane(DVec3::NEG_Z, DVec3::X, DVec3::Y).unwrap();
-        let surfaces = [far, surface].map(|surface| SceneSurface { name: "s".into(), surface, trims: None });
+        let surfaces = [far, surface].map(|surface| SceneSurface::new("s", surface));
         let scene = Scene { name: "t".into(), surfaces: surfaces.into() };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap();
         let place = Rect { u: [0.0, 0.5], v: [0.25, 0.75] };

@@ -20,7 +20,7 @@ struct Seen {
 
 impl Seen {
     fn new(surfaces: Vec<Surface>, camera: &Camera) -> Self {
-        let named = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None });
+        let named = surfaces.into_iter().map(|surface| SceneSurface::new("s", surface));
         Self::of(named.collect(), camera)
     }
 
@@ -276,7 +276,7 @@ fn a_hole_is_left_out_and_its_rim_is_not() {
     };
     // In the parameters, both of which are half of lengths: a ring of radii 0.3 and 0.9.
     let trims = Trims::new(&plate, &[frame(0.45), frame(0.15)]).unwrap();
-    let surface = SceneSurface { name: "plate".into(), surface: plate, trims: Some(trims) };
+    let surface = SceneSurface { trims: Some(trims), ..SceneSurface::new("plate", plate) };
     let seen = Seen::of(vec![surface], &front());
     for pixels_across in [7, 40, 133] {
         let grid = square(1.1, pixels_across);

@@ -144,7 +144,7 @@ mod tests {
     /// The polylines of a sphere's isocurves, whole, at a tolerance.
     fn parallels(tolerance: f64) -> Vec<Stroke> {
         let surface = sphere(&Frame::WORLD, 1.0).unwrap();
-        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface, trims: None }] };
+        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface::new("s", surface)] };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::new(1.0, 0.4, 0.3), DVec3::Z).unwrap()).unwrap();
         let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
         let g = Geometry { view: &view, forms: &forms };

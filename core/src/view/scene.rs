@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Camera, Jet, Patch};
 use crate::nurbs::{KnotVector, Surface};
-use crate::scene::Scene;
+use crate::scene::{Facet, Scene};
 use crate::trim::Trims;
 
 /// Why a scene cannot be seen from a camera.
@@ -78,6 +78,7 @@ pub struct ViewScene {
     model: Vec<Patch>,
     surfaces: Vec<SurfaceGrid>,
     trims: Vec<Option<Trims>>,
+    facets: Vec<Option<Facet>>,
     lo: DVec3,
     hi: DVec3,
 }
@@ -125,7 +126,8 @@ impl ViewScene {
                 model.push(m);
             }
         }
-        Ok(Self { camera: *camera, patches, model, surfaces, trims, lo, hi })
+        let facets = scene.surfaces.iter().map(|s| s.facet).collect();
+        Ok(Self { camera: *camera, patches, model, surfaces, trims, facets, lo, hi })
     }
 
     /// The camera.
@@ -156,6 +158,22 @@ impl ViewScene {
     #[must_use]
     pub fn trims(&self, surface: usize) -> Option<&Trims> {
         self.trims[surface].as_ref()
+    }
+
+    /// What a surface stands for, if it is a facet of a mesh.
+    #[must_use]
+    pub fn facet(&self, surface: usize) -> Option<Facet> {
+        self.facets[surface]
+    }
+
+    /// Largest angle between the tangent planes of two surfaces that meet smoothly, in radians: that of the facets if
+    /// both are, else `angle`.
+    #[must_use]
+    pub fn smooth_angle(&self, surfaces: [usize; 2], angle: f64) -> f64 {
+        match surfaces.map(|s| self.facets[s]) {
+            [Some(a), Some(b)] => a.crease_angle.min(b.crease_angle),
+            _ => angle,
+        }
     }
 
     /// Diagonal of the control points' box in view space: the unit of every relative tolerance.

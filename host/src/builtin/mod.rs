@@ -142,7 +142,7 @@ pub fn load(name: &str) -> Option<Model> {
 }
 
 fn part(name: impl Into<String>, surface: Surface) -> SceneSurface {
-    SceneSurface { name: name.into(), surface, trims: None }
+    SceneSurface::new(name, surface)
 }
 
 /// One Bézier patch on the unit square. `net[iu][iv]` are points (x, y, z, w), not multiplied by w.

@@ -9,7 +9,7 @@ use penvis_core::scene::SceneSurface;
 
 use crate::builtin;
 use crate::error::Error;
-use crate::model::{self, Model, Projection, View};
+use crate::model::{self, Model, Projection, Reading, View};
 
 /// Tells what models hold, or lists the built-in ones.
 #[derive(Clone, Debug, clap::Args)]
@@ -27,7 +27,7 @@ pub struct InfoArgs {
 /// # Errors
 /// If a model cannot be read, or output fails.
 pub fn run(args: &InfoArgs) -> Result<(), Error> {
-    let text = if args.list { list() } else { describe(&model::load(&args.models)?) };
+    let text = if args.list { list() } else { describe(&model::load(&args.models, &Reading::new(&()))?) };
     Ok(super::print(&text)?)
 }
 
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_model_is_described() {
-        let text = describe(&model::load(&["saddle".into()]).unwrap());
+        let text = describe(&model::load(&["saddle".into()], &Reading::new(&())).unwrap());
         assert!(
             text.starts_with("saddle: 1 surface, 1 Bézier patch\ndegree    3 × 3, polynomial: 1 surface, 1 patch\n"),
             "{text}"
@@ -178,22 +178,21 @@ mod tests {
 
     #[test]
     fn a_surface_that_is_there_twice_is_a_problem() {
-        let text = describe(&model::load(&["saddle".into(), "saddle".into()]).unwrap());
+        let text = describe(&model::load(&["saddle".into(), "saddle".into()], &Reading::new(&())).unwrap());
         assert!(text.contains("problem   surface 1 is the same as surface 0"), "{text}");
     }
 
     #[test]
     fn trims_are_counted_and_parts_of_one_surface_are_no_problem() {
-        let mut model = model::load(&["box".into()]).unwrap();
+        let mut model = model::load(&["box".into()], &Reading::new(&())).unwrap();
         let surface = model.scene.surfaces[0].surface.clone();
         let triangle = |x: f64| {
             let corners = [[x, 0.1], [x + 0.3, 0.1], [x, 0.9], [x, 0.1]].map(|c| DVec3::new(c[0], c[1], 0.0));
             vec![polyline(&corners).unwrap()]
         };
         let part = |loops: &[Vec<Curve>]| SceneSurface {
-            name: "part".into(),
-            surface: surface.clone(),
             trims: Some(Trims::new(&surface, loops).unwrap()),
+            ..SceneSurface::new("part", surface.clone())
         };
         model.scene.surfaces = vec![part(&[triangle(0.1), triangle(0.6)]), part(&[triangle(0.3)])];
         let text = describe(&model);

@@ -1,31 +1,46 @@
 //! Models by name or path, one or several.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
 use penvis_core::scene::Scene;
 use thiserror::Error;
 
-use super::surface_json::{self, Fault};
+use super::fault::ReadError;
+use super::format;
+use super::import::{Reading, Report};
+use super::source::Source;
 use super::view::View;
 use crate::builtin;
-
-/// Largest model file in bytes, so that a wrong path (a device, a disk image) does not fill the memory.
-const LARGEST_FILE: u64 = 1 << 30;
 
 /// Largest coordinate, and the inverse of the smallest size of a model. Areas of normals, squared, are sixth powers of
 /// lengths, and have to stay in the range of f64.
 const LARGEST_COORDINATE: f64 = 1e50;
 
 /// What is drawn: the surfaces of one model or several, and the view they are stored with.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// The surfaces, in the order of the models and of their files.
     pub scene: Scene,
     /// The view of the first model that has one.
     pub view: Option<View>,
+    /// The files, in the order of their surfaces.
+    pub files: Vec<ModelFile>,
+}
+
+/// A file that models come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelFile {
+    /// The file.
+    pub file: String,
+    /// Name of its format.
+    pub format: &'static str,
+    /// The surfaces that come from it, by their indices in the scene.
+    pub surfaces: Range<usize>,
+    /// What its reader has to say.
+    pub report: Report,
 }
 
 /// Why a model is not there.
@@ -41,22 +56,22 @@ pub enum ModelError {
         spec: String,
     },
     /// A kind of file that is not read.
-    #[error("{file}: models are read from surface JSON (.json) only; convert it")]
+    #[error("{file}: is none of the formats that models are read from: {}; convert it", format::formats())]
     Kind {
         /// The file.
         file: String,
     },
-    /// The system does not let it be read.
+    /// The system does not let it be opened.
     #[error("cannot read {file}: {source}")]
-    Read {
+    Open {
         /// The file.
         file: String,
         /// What the system said.
         source: io::Error,
     },
-    /// Too much to be a model.
-    #[error("{file}: is larger than {} MiB, too large for a model; check the path", LARGEST_FILE >> 20)]
-    TooLarge {
+    /// It was asked to stop.
+    #[error("{file}: reading was stopped")]
+    Stopped {
         /// The file.
         file: String,
     },
@@ -80,13 +95,13 @@ pub enum ModelError {
         /// Longest side of its box.
         size: f64,
     },
-    /// The contents are wrong.
-    #[error("{file}: {fault}")]
-    Fault {
+    /// It cannot be read.
+    #[error("{file}: {source}")]
+    Read {
         /// The file.
         file: String,
-        /// What and where.
-        fault: Fault,
+        /// What is wrong, and where.
+        source: ReadError,
     },
 }
 
@@ -96,41 +111,45 @@ pub enum ModelError {
 ///
 /// # Errors
 /// The first [`ModelError`].
-pub fn load(specs: &[String]) -> Result<Model, ModelError> {
-    let mut joined = Model { scene: Scene::default(), view: None };
+pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError> {
+    let mut joined = Model::default();
     for spec in specs {
-        let model = load_one(spec)?;
+        let model = load_one(spec, reading)?;
         if !joined.scene.name.is_empty() {
             joined.scene.name.push_str(" + ");
         }
         joined.scene.name.push_str(&model.scene.name);
+        let before = joined.scene.surfaces.len();
         joined.scene.surfaces.extend(model.scene.surfaces);
+        let moved = |f: ModelFile| ModelFile { surfaces: before + f.surfaces.start..before + f.surfaces.end, ..f };
+        joined.files.extend(model.files.into_iter().map(moved));
         joined.view = joined.view.or(model.view);
     }
     Ok(joined)
 }
 
-fn load_one(spec: &str) -> Result<Model, ModelError> {
+fn load_one(spec: &str, reading: &Reading<'_>) -> Result<Model, ModelError> {
     let bare = !spec.contains(['.', '/', '\\']);
     if bare && let Some(model) = builtin::load(spec) {
-        return Ok(Model { scene: model.scene, view: Some(model.view) });
+        return Ok(Model { scene: model.scene, view: Some(model.view), files: Vec::new() });
     }
     let path = Path::new(spec);
     if !path.exists() {
         return Err(ModelError::Unknown { spec: spec.to_owned() });
     }
-    let file = || spec.to_owned();
-    if path.is_file() && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
-        return Err(ModelError::Kind { file: file() });
-    }
-    let bytes = read(path).map_err(|source| ModelError::Read { file: file(), source })?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(ModelError::TooLarge { file: file() });
-    }
-    let stem = path.file_stem().map_or_else(|| spec.to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let (scene, view) = surface_json::read(&bytes, &stem).map_err(|fault| ModelError::Fault { file: file(), fault })?;
-    check_size(&scene, spec)?;
-    Ok(Model { scene, view })
+    let file = spec.to_owned();
+    let mut source = Source::open(path).map_err(|source| ModelError::Open { file: file.clone(), source })?;
+    let Some(format) = format::format_of(&source, path) else {
+        return Err(ModelError::Kind { file });
+    };
+    let import = format.read(&mut source, reading).map_err(|source| match source {
+        ReadError::Stopped => ModelError::Stopped { file: file.clone() },
+        source => ModelError::Read { file: file.clone(), source },
+    })?;
+    check_size(&import.scene, spec)?;
+    let (surfaces, report) = (0..import.scene.surfaces.len(), import.report);
+    let files = vec![ModelFile { file, format: format.name, surfaces, report }];
+    Ok(Model { scene: import.scene, view: import.view, files })
 }
 
 /// Refuses sizes whose powers overflow or vanish.
@@ -154,25 +173,22 @@ fn check_size(scene: &Scene, file: &str) -> Result<(), ModelError> {
     Ok(())
 }
 
-/// The bytes of a file, and one more than the limit at most.
-fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST_FILE + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn message(spec: &str) -> String {
-        load(&[spec.to_owned()]).unwrap_err().to_string()
+        load(&[spec.to_owned()], &Reading::new(&())).unwrap_err().to_string()
     }
 
     #[test]
     fn several_models_are_one_scene() {
-        let both = load(&["saddle".into(), "Teapot".into()]).unwrap();
-        let (saddle, teapot) = (load(&["saddle".into()]).unwrap(), load(&["teapot".into()]).unwrap());
+        let load = |specs: &[&str]| {
+            let specs: Vec<String> = specs.iter().map(|&s| s.to_owned()).collect();
+            super::load(&specs, &Reading::new(&())).unwrap()
+        };
+        let both = load(&["saddle", "Teapot"]);
+        let (saddle, teapot) = (load(&["saddle"]), load(&["teapot"]));
         assert_eq!(both.scene.name, "saddle + teapot");
         assert_eq!(both.scene.surfaces.len(), saddle.scene.surfaces.len() + 32);
         assert_eq!(both.scene.surfaces.last(), teapot.scene.surfaces.last());
@@ -183,7 +199,7 @@ mod tests {
     fn what_is_no_model_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-        std::fs::write(path("a.step"), "ISO-10303-21;").unwrap();
+        std::fs::write(path("a.txt"), "to whom it may concern").unwrap();
         std::fs::write(path("a.json"), "{\"surfaces\": 3}").unwrap();
         for (name, x) in [("huge.json", "1e51"), ("tiny.json", "1e-51")] {
             let text = format!(
@@ -194,7 +210,7 @@ mod tests {
         }
         assert!(message("no-such-model").contains("info --list"));
         assert!(message(&path("b.json")).contains("no file"));
-        assert!(message(&path("a.step")).contains("surface JSON"));
+        assert!(message(&path("a.txt")).contains("surface JSON (.json)"));
         assert!(message(folder.path().to_str().unwrap()).contains("cannot read"));
         assert!(message(&path("huge.json")).contains("surface 0 has a coordinate of 1e51; scale"));
         assert!(message(&path("tiny.json")).contains("only 1e-51 wide"));

@@ -1,9 +1,16 @@
 //! Models: surfaces and a view, from a file or built in.
 
+mod fault;
+mod format;
+mod import;
 mod load;
+mod source;
 mod surface_json;
 pub(crate) mod view;
 
-pub use load::{Model, ModelError, load};
-pub use surface_json::Fault;
+pub use fault::{Fault, ReadError};
+pub use format::{FORMATS, ModelFormat, format_of, formats};
+pub use import::{Import, MESH_CREASE_DEGREES, Reading, Report, Watch};
+pub use load::{Model, ModelError, ModelFile, load};
+pub use source::Source;
 pub use view::{Projection, View};

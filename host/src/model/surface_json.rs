@@ -1,7 +1,5 @@
 //! The surface JSON reader.
 
-use std::fmt;
-
 use glam::DVec4;
 use penvis_core::nurbs::{Curve, KnotVector, NurbsError, Surface};
 use penvis_core::scene::{Scene, SceneSurface};
@@ -9,7 +7,21 @@ use penvis_core::trim::Trims;
 use serde::Deserialize;
 use serde_path_to_error::{Path, Segment};
 
+use super::fault::Fault;
+use super::format::ModelFormat;
+use super::import::{Import, Report};
 use super::view::{View, ViewJson};
+
+/// Surfaces with their control points, knots and trims, as JSON.
+pub(super) const FORMAT: ModelFormat = ModelFormat {
+    name: "surface JSON",
+    extensions: &["json"],
+    looks_like: |head| head.trim_ascii_start().first() == Some(&b'{'),
+    read: |source, _| {
+        let (scene, view) = read(&source.bytes()?, source.stem())?;
+        Ok(Import { scene, view, report: Report::default() })
+    },
+};
 
 #[derive(Deserialize)]
 struct FileJson {
@@ -36,27 +48,14 @@ struct TrimCurveJson {
     control_points: Vec<[f64; 3]>,
 }
 
-/// What is wrong in a model file, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// Index of the surface in the file, from 0.
-    pub surface: Option<usize>,
-    /// The field inside the surface, or in the file; empty when it is the whole of it.
-    pub field: String,
-    /// What is wrong and what to do.
-    pub problem: String,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(surface) = self.surface {
-            write!(f, "surface {surface}: ")?;
-        }
-        if !self.field.is_empty() {
-            write!(f, "{}: ", self.field)?;
-        }
-        f.write_str(&self.problem)
-    }
+/// A fault in a field of a surface, or of the file.
+fn fault(surface: Option<usize>, field: &str, problem: String) -> Fault {
+    let place = match (surface, field) {
+        (None, field) => field.to_owned(),
+        (Some(surface), "") => format!("surface {surface}"),
+        (Some(surface), field) => format!("surface {surface}: {field}"),
+    };
+    Fault { place, problem }
 }
 
 /// The scene and the view of a surface JSON file. `stem` names the model when the file does not.
@@ -65,27 +64,23 @@ impl fmt::Display for Fault {
 ///
 /// # Errors
 /// The first [`Fault`], whatever the bytes are.
-pub(super) fn read(bytes: &[u8], stem: &str) -> Result<(Scene, Option<View>), Fault> {
+fn read(bytes: &[u8], stem: &str) -> Result<(Scene, Option<View>), Fault> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let file: FileJson = serde_path_to_error::deserialize(&mut json).map_err(|e| fault_of_path(e.path(), e.inner()))?;
-    json.end().map_err(|e| Fault { surface: None, field: String::new(), problem: e.to_string() })?;
+    json.end().map_err(|e| Fault::whole(e.to_string()))?;
     if file.surfaces.is_empty() {
-        return Err(Fault {
-            surface: None,
-            field: "surfaces".into(),
-            problem: "is empty; a model has a surface or more".into(),
-        });
+        return Err(Fault::at("surfaces", "is empty; a model has a surface or more"));
     }
     let view = file.view.map(View::from);
     if let Some(view) = &view {
-        view.camera().map_err(|e| Fault { surface: None, field: "view".into(), problem: e.to_string() })?;
+        view.camera().map_err(|e| Fault::at("view", e.to_string()))?;
     }
     let mut surfaces = Vec::with_capacity(file.surfaces.len());
     for (index, surface) in file.surfaces.into_iter().enumerate() {
         let name = surface.name.clone().unwrap_or_else(|| format!("surface {index}"));
-        let fault = |(field, problem)| Fault { surface: Some(index), field, problem };
+        let fault = |(field, problem): (String, String)| fault(Some(index), &field, problem);
         let (surface, trims) = checked(surface).map_err(fault)?;
-        surfaces.push(SceneSurface { name, surface, trims });
+        surfaces.push(SceneSurface { trims, ..SceneSurface::new(name, surface) });
     }
     Ok((Scene { name: file.name.unwrap_or_else(|| stem.to_owned()), surfaces }, view))
 }
@@ -111,7 +106,7 @@ fn fault_of_path(path: &Path, error: &serde_json::Error) -> Fault {
             Segment::Unknown => {}
         }
     }
-    Fault { surface, field, problem: error.to_string() }
+    fault(surface, &field, error.to_string())
 }
 
 /// The checked surface and its trims, or the field and what is wrong with it.

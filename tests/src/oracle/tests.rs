@@ -4,7 +4,7 @@ use penvis_core::scene::SceneSurface;
 use penvis_core::shape::{Frame, plane, sphere, torus};
 
 fn scene(surfaces: Vec<Surface>) -> Scene {
-    let named = |(k, surface)| SceneSurface { name: format!("surface {k}"), surface, trims: None };
+    let named = |(k, surface)| SceneSurface::new(format!("surface {k}"), surface);
     Scene { name: "closed form".into(), surfaces: surfaces.into_iter().enumerate().map(named).collect() }
 }
 

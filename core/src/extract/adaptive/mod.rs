@@ -140,7 +140,7 @@ pub struct Cover {
     pub stats: AdaptiveStats,
 }
 
-/// Covers every surface with isocurves no farther apart than the spacing. Where a surface's edge, at which the cover begins,
+/// Covers every surface that is no facet of a mesh with isocurves no farther apart than the spacing. Where a surface's edge, at which the cover begins,
 /// is a smooth join it is one of the isocurves, once for all surfaces that meet there; so are edges of kinds that are not
 /// in `drawn`; others are drawn anyway.
 ///
@@ -155,6 +155,7 @@ pub fn cover(
     stop: Stop<'_>,
 ) -> Cover {
     let tasks: Vec<(usize, Axis)> = (0..g.view.surfaces().len())
+        .filter(|&surface| g.view.facet(surface).is_none())
         .flat_map(|surface| axes(g, surface, options.direction).into_iter().map(move |axis| (surface, axis)))
         .collect();
     let work = |&(surface, axis): &(usize, Axis)| Strips::new(g, surface, axis, options, stop).cover();

@@ -212,7 +212,7 @@ mod tests {
 
     fn ring() -> ViewScene {
         let surface = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
-        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface { name: "t".into(), surface, trims: None }] };
+        let scene = Scene { name: "t".into(), surfaces: vec![SceneSurface::new("t", surface)] };
         ViewScene::new(&scene, &Camera::orthographic(DVec3::new(1.0, 0.3, 0.7), DVec3::Z).unwrap()).unwrap()
     }
 

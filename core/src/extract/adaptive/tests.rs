@@ -27,7 +27,7 @@ impl Seen {
     }
 
     fn through(surfaces: Vec<Surface>, camera: &Camera) -> Self {
-        let named = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None });
+        let named = surfaces.into_iter().map(|surface| SceneSurface::new("s", surface));
         let scene = Scene { name: "s".into(), surfaces: named.collect() };
         let view = ViewScene::new(&scene, camera).unwrap();
         let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);

@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn a_ball_is_light_towards_the_light_and_bare_in_the_highlight_from_any_view() {
         let surface = sphere(&Frame::WORLD, 1.0).unwrap();
-        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface, trims: None }] };
+        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface::new("s", surface)] };
         let cameras = [
             Camera::orthographic(DVec3::new(1.0, -2.0, 0.5), DVec3::Z).unwrap(),
             Camera::perspective(DVec3::new(4.0, 3.0, 2.0), DVec3::ZERO, DVec3::Z).unwrap(),
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn the_nearest_is_darkest_by_depth() {
         let surface = sphere(&Frame::WORLD, 1.0).unwrap();
-        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface { name: "s".into(), surface, trims: None }] };
+        let scene = Scene { name: "s".into(), surfaces: vec![SceneSurface::new("s", surface)] };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap();
         let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
         let g = Geometry { view: &view, forms: &forms };

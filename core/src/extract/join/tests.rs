@@ -31,8 +31,7 @@ impl Found {
 /// All curves but isocurves and boundaries, joins smooth up to one degree.
 fn found(surfaces: Vec<Surface>, eye: DVec3) -> Vec<Found> {
     const PARTS: u32 = 512;
-    let surfaces =
-        surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None }).collect();
+    let surfaces = surfaces.into_iter().map(|surface| SceneSurface::new("s", surface)).collect();
     let up = if eye.x.abs() + eye.y.abs() < 0.1 { DVec3::Y } else { DVec3::Z };
     let camera = Camera::orthographic(eye, up).unwrap();
     let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();

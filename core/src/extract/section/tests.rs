@@ -12,7 +12,7 @@ use crate::view::Camera;
 
 /// Sections of some surfaces, seen from above so that view coordinates are model coordinates.
 fn found(surfaces: Vec<Surface>) -> (ViewScene, Sections) {
-    let named = surfaces.into_iter().map(|surface| SceneSurface { name: "s".into(), surface, trims: None });
+    let named = surfaces.into_iter().map(|surface| SceneSurface::new("s", surface));
     let scene = Scene { name: "s".into(), surfaces: named.collect() };
     let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap();
     let stitching = Stitching::new(&view, &StitchOptions { distance: 1e-6 * view.size(), angle: 0.02 }, Stop::NEVER);
