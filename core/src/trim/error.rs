@@ -39,6 +39,16 @@ pub enum TrimError {
         /// A point of it that is farthest outside.
         at: [f64; 2],
     },
+    /// A loop leaves over a seam, and no loop comes back with the kept part on the same side.
+    #[error(
+        "trim loop {index} leaves over the seam at ({}, {}), and no loop comes back there with the kept part on its left; turn the loops so that all have it on their left", at[0], at[1]
+    )]
+    Open {
+        /// Index of the loop.
+        index: usize,
+        /// Where it leaves (u, v).
+        at: [f64; 2],
+    },
 }
 
 impl TrimError {
@@ -47,7 +57,7 @@ impl TrimError {
     pub fn place(&self) -> (Option<usize>, Option<usize>) {
         match *self {
             Self::NoLoops => (None, None),
-            Self::NoExtent { index } => (Some(index), None),
+            Self::NoExtent { index } | Self::Open { index, .. } => (Some(index), None),
             Self::Gap { index, curve, .. } | Self::Outside { index, curve, .. } => (Some(index), Some(curve)),
         }
     }

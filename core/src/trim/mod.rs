@@ -7,11 +7,13 @@
 
 mod error;
 mod interval;
+mod oriented;
 mod piece;
 #[cfg(test)]
 mod tests;
 mod trims;
 
 pub use error::TrimError;
+pub use oriented::TrimCurve;
 pub use piece::TrimPiece;
 pub use trims::{Cover, Nearby, TrimLoop, Trims};

@@ -21,6 +21,8 @@ pub struct TrimPiece {
     /// Whether the surface is kept on the left of the piece (u to the right, v up) and not on its right, or the other
     /// way round; none where it is kept, or not, on both sides, because another trim curve runs along this one.
     pub(super) left: Option<bool>,
+    /// Identity of the shared edge along which it runs.
+    pub(super) edge: Option<u32>,
 }
 
 fn affine(h: DVec3) -> DVec2 {
@@ -60,7 +62,21 @@ impl TrimPiece {
 
     fn whole(points: Vec<DVec3>) -> Self {
         let (from, to) = (affine(points[0]), affine(points[points.len() - 1]));
-        Self { points, from, to, left: None }
+        Self { points, from, to, left: None, edge: None }
+    }
+
+    /// A straight piece along a border of the parameter range.
+    pub(super) fn straight(from: DVec2, to: DVec2) -> Self {
+        Self::whole(alloc::vec![from.extend(1.0), to.extend(1.0)])
+    }
+
+    /// The same piece moved by `shift`.
+    pub(super) fn moved(mut self, shift: DVec2) -> Self {
+        for h in &mut self.points {
+            *h += (shift * h.z).extend(0.0);
+        }
+        (self.from, self.to) = (self.from + shift, self.to + shift);
+        self
     }
 
     /// The parts before and after `s`, which have the point `at` in common, or else the curve's.
@@ -74,8 +90,8 @@ impl TrimPiece {
             }
         }
         let at = at.unwrap_or_else(|| affine(right[0]));
-        let before = Self { points: left, from: self.from, to: at, left: self.left };
-        (before, Self { points: right, from: at, to: self.to, left: self.left })
+        let before = Self { points: left, from: self.from, to: at, left: self.left, edge: self.edge };
+        (before, Self { points: right, from: at, to: self.to, left: self.left, edge: self.edge })
     }
 
     /// The same piece with its ends moved, by rounding.
@@ -89,6 +105,11 @@ impl TrimPiece {
         self
     }
 
+    /// The same piece with the identity of the shared edge along which it runs.
+    pub(super) fn with_edge(self, edge: Option<u32>) -> Self {
+        Self { edge, ..self }
+    }
+
     /// First point.
     #[must_use]
     pub fn from(&self) -> DVec2 {
@@ -99,6 +120,12 @@ impl TrimPiece {
     #[must_use]
     pub fn to(&self) -> DVec2 {
         self.to
+    }
+
+    /// Identity of the shared edge along which the piece runs, if the trims were given one.
+    #[must_use]
+    pub fn edge(&self) -> Option<u32> {
+        self.edge
     }
 
     /// Whether the surface is kept on the left of the piece (u to the right, v up) and cut off on its right; none where

@@ -9,11 +9,11 @@ use crate::nurbs::{Curve, Surface};
 
 /// Ends of curves nearer than this part of the parameter range meet, and what overshoots the range by no more is taken
 /// to end on it: models come out of other programs with seven digits.
-const SLACK: f64 = 1e-6;
+pub(super) const SLACK: f64 = 1e-6;
 
 /// What is nearer than this part of the parameter range to its border, or to a line, is on it: the rounding of
 /// parameters that were computed, some thousand units in the last place.
-const SAME: f64 = 1e-12;
+pub(super) const SAME: f64 = 1e-12;
 
 /// Sine of the turn, in parameters scaled to the unit square, from which on a joint of pieces is a corner.
 const CORNER: f64 = 1e-3;
@@ -21,7 +21,7 @@ const CORNER: f64 = 1e-3;
 /// A closed loop of pieces, end to end; neighbours share their common end bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimLoop {
-    pieces: Vec<TrimPiece>,
+    pub(super) pieces: Vec<TrimPiece>,
 }
 
 impl TrimLoop {
@@ -65,10 +65,10 @@ pub enum Nearby {
 /// itself is neither inside nor outside; ask for what is beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trims {
-    loops: Vec<TrimLoop>,
+    pub(super) loops: Vec<TrimLoop>,
     /// The surface's parameter range.
-    lo: DVec2,
-    hi: DVec2,
+    pub(super) lo: DVec2,
+    pub(super) hi: DVec2,
 }
 
 impl Trims {
@@ -148,7 +148,7 @@ impl Trims {
         x.clamp(self.lo, self.hi)
     }
 
-    fn find_kept_sides(&mut self) {
+    pub(super) fn find_kept_sides(&mut self) {
         let sides: Vec<Vec<Option<bool>>> =
             self.loops.iter().map(|l| l.pieces.iter().map(|p| self.kept_side(p)).collect()).collect();
         for (own, side) in self.loops.iter_mut().zip(sides) {
