@@ -176,7 +176,7 @@ impl Domain {
         let lines = [0, 1].map(|d| self.seams(d, &pieces));
         pieces.into_iter().for_each(|p| p.split_at(0, &lines[0], SAME * self.range.x, &mut in_u));
         in_u.into_iter().for_each(|p| p.split_at(1, &lines[1], SAME * self.range.y, &mut cut));
-        let mut wrapped: Vec<TrimPiece> = cut.into_iter().map(|p| self.into_range(p)).collect();
+        let mut wrapped: Vec<TrimPiece> = cut.into_iter().map(|p| self.moved_into_range(p)).collect();
         // Two pieces on one side of a seam still meet; to rounding, where one was moved by a period.
         let count = wrapped.len();
         let meets = |a: DVec2, b: DVec2| (a - b).abs().cmple(SAME * 16.0 * self.range).all();
@@ -227,7 +227,7 @@ impl Domain {
 
     /// A piece that passes no seam, moved by whole periods into the parameter range. One that runs along a seam goes to the
     /// side on which it has the range on its left.
-    fn into_range(&self, piece: TrimPiece) -> TrimPiece {
+    fn moved_into_range(&self, piece: TrimPiece) -> TrimPiece {
         let (mut shift, mut from, mut to) = (DVec2::ZERO, piece.from(), piece.to());
         for d in (0..2).filter(|&d| self.periodic[d]) {
             let middle = (0.5 * (from[d] + to[d]) - self.lo[d]) / self.range[d];
