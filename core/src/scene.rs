@@ -36,7 +36,8 @@ pub struct Facet {
     pub crease_angle: f64,
 }
 
-/// What is to be drawn. Surfaces carry no topology: coincident boundaries are found by geometry.
+/// What is to be drawn. Surfaces carry no topology but the shared edges that their trims name: coincident boundaries are found
+/// by geometry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Name of the model.

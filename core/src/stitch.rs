@@ -1,11 +1,12 @@
 //! Which boundaries coincide.
 //!
-//! Surfaces carry no topology. Two boundary curves that coincide over an interval are one edge: a smooth join is a
-//! *seam* (not inked, silhouettes chain across it), a sharp one is a *crease*, inked once. What coincides with nothing
-//! is a free *boundary*. A boundary may meet several others along parts of itself, so edges are intervals of sides.
-//! Where a surface is trimmed its boundary is made of what trim curves keep of its borders, and of the trim curves
+//! Two boundary curves that coincide over an interval are one edge, and so are those that the model says are one, whatever
+//! their distance: a smooth join is a *seam* (not inked, silhouettes chain across it), a sharp one is a *crease*, inked
+//! once. What coincides with nothing is a free *boundary*. A boundary may meet several others along parts of itself, so
+//! edges are intervals of sides. Where a surface is trimmed its boundary is made of what trim curves keep of its borders, and of the trim curves
 //! themselves.
 
+use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3, DVec4};
@@ -86,7 +87,8 @@ impl Stitching {
         let mut sides: Vec<Side> = (0..surfaces).flat_map(|s| Side::borders(view, s, options.distance)).collect();
         let trims = (0..surfaces).flat_map(|s| TrimLine::all(view, s));
         sides.extend(trims.map(|line| Side::trimmed(view, line, options.distance)));
-        let near = near_pairs(&sides, options.distance);
+        let mut near = near_pairs(&sides, options.distance);
+        add_shared(&sides, &mut near);
         let mut edges = Vec::new();
         for i in 0..sides.len() {
             if stop.is_wanted() {
@@ -145,6 +147,28 @@ fn near_pairs(sides: &[Side], tol: f64) -> Vec<Vec<usize>> {
     near
 }
 
+/// Adds the sides that are sides of one shared edge.
+fn add_shared(sides: &[Side], near: &mut [Vec<usize>]) {
+    let mut by_edge: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (i, side) in sides.iter().enumerate().filter(|(_, side)| !side.collapsed) {
+        for edge in side.shared.iter().map(|s| s.edge) {
+            let list = by_edge.entry(edge).or_default();
+            if list.last() != Some(&i) {
+                list.push(i);
+            }
+        }
+    }
+    for list in by_edge.values() {
+        for &i in list {
+            near[i].extend(list.iter().copied().filter(|&j| j != i));
+        }
+    }
+    for n in near {
+        n.sort_unstable();
+        n.dedup();
+    }
+}
+
 /// Cuts side `i` where a coincidence begins or ends, and classifies the intervals.
 fn side_edges(
     view: &ViewScene,
@@ -190,15 +214,18 @@ fn side_edges(
         if !sides[i].is_kept(at(0.5)) {
             continue;
         }
+        let edge = sides[i].edge_at(at(0.5));
         let coincides = |j: &usize| {
             let other = &sides[*j];
-            PROBES.iter().all(|&f| {
-                let p = path.point(view, at(f));
-                other.may_hold(p, options.distance) && {
-                    let (t, distance) = other.path.nearest(view, p);
-                    distance <= options.distance && other.is_kept(t)
-                }
-            })
+            let shared = edge.is_some_and(|edge| other.shared.iter().any(|s| s.edge == edge));
+            shared
+                || PROBES.iter().all(|&f| {
+                    let p = path.point(view, at(f));
+                    other.may_hold(p, options.distance) && {
+                        let (t, distance) = other.path.nearest(view, p);
+                        distance <= options.distance && other.is_kept(t)
+                    }
+                })
         };
         let partners: Vec<usize> = near.iter().copied().filter(coincides).collect();
         let classes = match partners.as_slice() {
@@ -348,6 +375,34 @@ mod tests {
     #[test]
     fn a_lone_square_has_four_boundaries() {
         assert_eq!(classes(&stitched(vec![square(DVec3::ZERO, DVec3::X, DVec3::Y)])), [4, 0, 0]);
+    }
+
+    #[test]
+    fn sides_of_one_edge_are_joined_whatever_their_distance() {
+        use crate::shape::polyline;
+        use crate::trim::{TrimCurve, Trims};
+        // Two squares that end a hundredth apart, at the border of the one and inside the other.
+        let joined = |right: DVec3, edges: [u32; 2]| {
+            let left = square(DVec3::ZERO, DVec3::X, DVec3::Y);
+            let right = square(DVec3::new(0.99, 0.0, 0.0), right, DVec3::Y);
+            let part = |surface: Surface, u: [f64; 2], edges: [Option<u32>; 4]| {
+                let corners = [[u[0], 0.0], [u[1], 0.0], [u[1], 1.0], [u[0], 1.0], [u[0], 0.0]];
+                let side = |w: &[[f64; 2]]| polyline(&[w[0], w[1]].map(|c| DVec3::new(c[0], c[1], 0.0))).unwrap();
+                let curves = corners.windows(2).zip(edges).map(|(w, edge)| TrimCurve { curve: side(w), edge });
+                let trims = Trims::oriented(&surface, [false; 2], &[curves.collect()]).unwrap();
+                SceneSurface { trims: Some(trims), ..SceneSurface::new("part", surface) }
+            };
+            let surfaces = vec![
+                part(left, [0.0, 1.0], [None, Some(edges[0]), None, None]),
+                part(right, [0.02, 1.0], [None, None, None, Some(edges[1])]),
+            ];
+            let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
+            let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
+            self::classes(&Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.02 }, Stop::NEVER))
+        };
+        assert_eq!(joined(DVec3::X, [7, 7]), [6, 0, 2]);
+        assert_eq!(joined(DVec3::Z, [7, 7]), [6, 2, 0]);
+        assert_eq!(joined(DVec3::X, [7, 8]), [8, 0, 0]);
     }
 
     #[test]

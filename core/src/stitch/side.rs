@@ -6,7 +6,8 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use crate::line::{Axis, Line};
-use crate::trim_line::TrimLine;
+use crate::trim::BorderEdge;
+use crate::trim_line::{TrimLine, TrimSpan};
 use crate::view::{ViewScene, net_box};
 
 /// How a side runs on its surface.
@@ -110,6 +111,8 @@ pub struct Side {
     pub path: SidePath,
     /// Intervals of its parameter in which the surface ends there: all of it, unless the surface is trimmed.
     pub kept: Vec<[f64; 2]>,
+    /// Parts of it that are sides of shared edges, in no order.
+    pub shared: Vec<BorderEdge>,
     /// Whether it is a single point (a pole).
     pub collapsed: bool,
     pub(super) lo: DVec3,
@@ -119,7 +122,7 @@ pub struct Side {
 impl Side {
     /// The four borders of a surface's parameter range: u low, u high, v low, v high. What is no longer than `distance`
     /// is a point.
-    pub(super) fn borders(view: &ViewScene, surface: usize, distance: f64) -> [Self; 4] {
+    pub(super) fn borders(view: &ViewScene, surface: usize, distance: f64) -> Vec<Self> {
         let grid = &view.surfaces()[surface];
         let (u, v) = (&grid.u_breaks, &grid.v_breaks);
         [
@@ -128,7 +131,9 @@ impl Side {
             (Axis::V, v[0], false),
             (Axis::V, v[v.len() - 1], true),
         ]
-        .map(|(axis, value, below)| {
+        .into_iter()
+        .zip(view.border_edges(surface))
+        .map(|((axis, value, below), shared)| {
             let line = Line::new(view, surface, axis, value, below);
             let (lo, hi) = line
                 .spans
@@ -140,15 +145,21 @@ impl Side {
                 Some(trims) => trims.kept_on_border(axis, value),
                 None => vec![line.domain()],
             };
-            Self { path: SidePath::Line(line), kept, collapsed, lo, hi }
+            Self { path: SidePath::Line(line), kept, shared: shared.clone(), collapsed, lo, hi }
         })
+        .collect()
     }
 
     /// A trim line as a side. What is no larger than `distance` is a point.
     pub(super) fn trimmed(view: &ViewScene, line: TrimLine, distance: f64) -> Self {
         let (lo, hi) = line.bounds(view);
         let kept = vec![line.domain()];
-        Self { path: SidePath::Trim(line), kept, collapsed: (hi - lo).length() <= distance, lo, hi }
+        let side = |(k, span): (usize, &TrimSpan)| {
+            let edge = span.piece.edge()?;
+            Some(BorderEdge { t: [k as f64, (k + 1) as f64], edge })
+        };
+        let shared = line.spans.iter().enumerate().filter_map(side).collect();
+        Self { path: SidePath::Trim(line), kept, shared, collapsed: (hi - lo).length() <= distance, lo, hi }
     }
 
     /// Whether `p` is as near as `distance` to the box of the boundary curve: else it is farther from the curve.
@@ -162,9 +173,15 @@ impl Side {
     pub(super) fn changes(&self) -> Vec<f64> {
         let mut all = self.path.breaks();
         all.extend(self.kept.iter().flatten());
+        all.extend(self.shared.iter().flat_map(|s| s.t));
         all.sort_by(f64::total_cmp);
         all.dedup();
         all
+    }
+
+    /// The shared edge of which the boundary at `t` is a side; within rounding of where two of them meet, either.
+    pub(super) fn edge_at(&self, t: f64) -> Option<u32> {
+        self.shared.iter().find(|s| s.t[0] <= t && t <= s.t[1]).map(|s| s.edge)
     }
 
     /// Whether the surface ends there at `t`.

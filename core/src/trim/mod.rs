@@ -14,6 +14,6 @@ mod tests;
 mod trims;
 
 pub use error::TrimError;
-pub use oriented::TrimCurve;
+pub use oriented::{BorderEdge, TrimCurve};
 pub use piece::TrimPiece;
 pub use trims::{Cover, Nearby, TrimLoop, Trims};

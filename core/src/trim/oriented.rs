@@ -25,6 +25,15 @@ pub struct TrimCurve {
     pub edge: Option<u32>,
 }
 
+/// A part of a border of the parameter range that is a side of a shared edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BorderEdge {
+    /// Interval of the parameter that runs along the border.
+    pub t: [f64; 2],
+    /// Identity of the edge.
+    pub edge: u32,
+}
+
 /// A part of a loop within the parameter range that begins and ends on its border.
 struct Arc {
     /// The loop it comes from.
@@ -66,6 +75,23 @@ impl Trims {
         let mut trims = Self { loops, lo, hi };
         trims.find_kept_sides();
         Ok(trims)
+    }
+
+    /// The parts of the borders u low, u high, v low and v high that are sides of shared edges.
+    pub(crate) fn border_edges(&self) -> [Vec<BorderEdge>; 4] {
+        let mut out = <[Vec<BorderEdge>; 4]>::default();
+        for p in self.pieces() {
+            let Some(edge) = p.edge() else { continue };
+            let (lo, hi) = p.bounds();
+            for (k, on) in out.iter_mut().enumerate() {
+                let d = k / 2;
+                let border = if k % 2 == 0 { self.lo[d] } else { self.hi[d] };
+                if lo[d] == border && hi[d] == border {
+                    on.push(BorderEdge { t: [lo[1 - d], hi[1 - d]], edge });
+                }
+            }
+        }
+        out
     }
 
     /// Whether the loops are the border of the parameter range, so that all of the surface is kept.

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use super::{Camera, Jet, Patch};
 use crate::nurbs::{KnotVector, Surface};
 use crate::scene::{Facet, Scene};
-use crate::trim::Trims;
+use crate::trim::{BorderEdge, Trims};
 
 /// Why a scene cannot be seen from a camera.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -78,6 +78,7 @@ pub struct ViewScene {
     model: Vec<Patch>,
     surfaces: Vec<SurfaceGrid>,
     trims: Vec<Option<Trims>>,
+    borders: Vec<[Vec<BorderEdge>; 4]>,
     facets: Vec<Option<Facet>>,
     lo: DVec3,
     hi: DVec3,
@@ -95,12 +96,15 @@ impl ViewScene {
         let matrix = camera.matrix();
         let (mut patches, mut model, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
         let mut trims = Vec::with_capacity(scene.surfaces.len());
+        let mut borders = Vec::with_capacity(scene.surfaces.len());
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (index, s) in scene.surfaces.iter().enumerate() {
             let surface = with_even_weights(&s.surface);
             let own = surface.bezier_patches(index);
             let (ku, kv) = (surface.knots_u(), surface.knots_v());
-            trims.push(s.trims.as_ref().map(|t| t.cut_at(&ku.breaks(), &kv.breaks())));
+            borders.push(s.trims.as_ref().map_or_else(Default::default, Trims::border_edges));
+            let cut = |t: &Trims| t.cut_at(&ku.breaks(), &kv.breaks());
+            trims.push(s.trims.as_ref().filter(|t| !t.is_whole()).map(cut));
             surfaces.push(SurfaceGrid {
                 first: patches.len(),
                 u_breaks: ku.breaks(),
@@ -127,7 +131,7 @@ impl ViewScene {
             }
         }
         let facets = scene.surfaces.iter().map(|s| s.facet).collect();
-        Ok(Self { camera: *camera, patches, model, surfaces, trims, facets, lo, hi })
+        Ok(Self { camera: *camera, patches, model, surfaces, trims, borders, facets, lo, hi })
     }
 
     /// The camera.
@@ -154,10 +158,17 @@ impl ViewScene {
         &self.surfaces
     }
 
-    /// The trims of a surface, if it has any; no piece of a trim curve leaves a patch.
+    /// The trims of a surface, if they cut anything off; no piece of a trim curve leaves a patch.
     #[must_use]
     pub fn trims(&self, surface: usize) -> Option<&Trims> {
         self.trims[surface].as_ref()
+    }
+
+    /// The parts of a surface's borders u low, u high, v low and v high that are sides of shared edges, as its trims name
+    /// them, in no order.
+    #[must_use]
+    pub fn border_edges(&self, surface: usize) -> &[Vec<BorderEdge>; 4] {
+        &self.borders[surface]
     }
 
     /// What a surface stands for, if it is a facet of a mesh.
