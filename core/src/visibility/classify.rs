@@ -361,17 +361,15 @@ impl<'a> Watch<'a> {
         let mut out = Vec::with_capacity(4);
         out.push(Exclusion { surface: own, uv, radius });
         let reach = self.subject.reach();
-        let mut add = |side: usize| {
+        let mut add = |side: usize, reach: f64| {
             let path = &self.subject.stitching.sides[side].path;
             let (ts, d) = path.nearest(self.subject.geometry.view, p);
             if d <= reach {
-                let (surface, uv) = (path.surface(), path.uv(ts));
-                let r = self.parameter_size(surface, uv) * PARTNER_RADIUS;
-                out.push(Exclusion { surface, uv, radius: r.max(DVec2::ZERO) });
+                out.push(self.exclusion_of_side(side, ts, d));
             }
         };
         for &s in &self.curve.sides {
-            add(s);
+            add(s, f64::INFINITY);
         }
         if self.curve.sides.is_empty() {
             let grid = &self.subject.geometry.view.surfaces()[own];
@@ -382,13 +380,27 @@ impl<'a> Watch<'a> {
                 if *gap <= r {
                     for edge in self.subject.stitching.edges_of(4 * own + k) {
                         for &partner in &edge.partners {
-                            add(partner);
+                            add(partner, reach);
                         }
                     }
                 }
             }
         }
         out
+    }
+
+    /// Round the place `t` of a side that is `distance` from the same edge on another surface. Where that is wide, because
+    /// the model's shared edges are loose, so is what is left out: as far again.
+    fn exclusion_of_side(&self, side: usize, t: f64, distance: f64) -> Exclusion {
+        let path = &self.subject.stitching.sides[side].path;
+        let view = self.subject.geometry.view;
+        let (surface, uv) = (path.surface(), path.uv(t));
+        let (patch, local) = path.place(view, t);
+        let (size, jet) = (self.parameter_size(surface, uv), view.patches()[patch].jet(local.x, local.y));
+        let speed = DVec2::new(jet.du.length(), jet.dv.length());
+        let wide = |d: usize| if speed[d] > 0.0 { (2.0 * distance / speed[d]).min(0.5) } else { 0.0 };
+        let radius = DVec2::new(wide(0), wide(1)).max(DVec2::splat(PARTNER_RADIUS)) * size;
+        Exclusion { surface, uv, radius }
     }
 
     /// Size of the patch that holds `uv`, in surface parameters.
