@@ -89,15 +89,20 @@ impl Stitching {
         sides.extend(trims.map(|line| Side::trimmed(view, line, options.distance)));
         let mut near = near_pairs(&sides, options.distance);
         add_shared(&sides, &mut near);
-        let mut edges = Vec::new();
-        for i in 0..sides.len() {
-            if stop.is_wanted() {
-                break;
-            }
-            if !sides[i].collapsed {
+        let of_side = |i: usize| {
+            let mut edges = Vec::new();
+            if sides[i].is_edge() && !stop.is_wanted() {
                 side_edges(view, &sides, i, &near[i], options, &mut edges);
             }
-        }
+            edges
+        };
+        #[cfg(feature = "parallel")]
+        let edges: Vec<Edge> = {
+            use rayon::prelude::*;
+            (0..sides.len()).into_par_iter().flat_map_iter(of_side).collect()
+        };
+        #[cfg(not(feature = "parallel"))]
+        let edges: Vec<Edge> = (0..sides.len()).flat_map(of_side).collect();
         Self { sides, edges, surfaces }
     }
 
@@ -125,7 +130,7 @@ impl Stitching {
 
 /// For every side, the others whose boxes come within `tol`; by a sweep over x.
 fn near_pairs(sides: &[Side], tol: f64) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..sides.len()).filter(|&i| !sides[i].collapsed).collect();
+    let mut order: Vec<usize> = (0..sides.len()).filter(|&i| sides[i].is_edge()).collect();
     order.sort_by(|&a, &b| sides[a].lo.x.total_cmp(&sides[b].lo.x).then(a.cmp(&b)));
     let mut near = alloc::vec![Vec::new(); sides.len()];
     for (k, &i) in order.iter().enumerate() {
@@ -150,7 +155,7 @@ fn near_pairs(sides: &[Side], tol: f64) -> Vec<Vec<usize>> {
 /// Adds the sides that are sides of one shared edge.
 fn add_shared(sides: &[Side], near: &mut [Vec<usize>]) {
     let mut by_edge: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (i, side) in sides.iter().enumerate().filter(|(_, side)| !side.collapsed) {
+    for (i, side) in sides.iter().enumerate().filter(|(_, side)| side.is_edge()) {
         for edge in side.shared.iter().map(|s| s.edge) {
             let list = by_edge.entry(edge).or_default();
             if list.last() != Some(&i) {

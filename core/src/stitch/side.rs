@@ -179,6 +179,11 @@ impl Side {
         all
     }
 
+    /// Whether the surface ends along a part of it, and not in a point.
+    pub(super) fn is_edge(&self) -> bool {
+        !self.collapsed && !self.kept.is_empty()
+    }
+
     /// The shared edge of which the boundary at `t` is a side; within rounding of where two of them meet, either.
     pub(super) fn edge_at(&self, t: f64) -> Option<u32> {
         self.shared.iter().find(|s| s.t[0] <= t && t <= s.t[1]).map(|s| s.edge)
