@@ -190,14 +190,18 @@ impl Prepared {
             angle: options.smooth_angle,
             contact: STITCH * size,
         };
-        let mut curves = curves(&g, &stitching, &traced, &gather, stop);
+        let (mut curves, cut) = cut_to_trims(&g, curves(&g, &stitching, &traced, &gather, stop));
         stop.check()?;
+        let mut undecided_silhouettes = traced.undecided;
+        undecided_silhouettes.extend(cut);
         let mut undecided_sections = Vec::new();
         if options.curves.section {
             let found = sections(&view, &stitching, STITCH * size, stop);
             stop.check()?;
-            curves.extend(cut_to_trims(&g, section_curves(&g, &found)));
+            let (sections, cut) = cut_to_trims(&g, section_curves(&g, &found));
+            curves.extend(sections);
             undecided_sections = found.undecided;
+            undecided_sections.extend(cut);
         }
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
         let chains = silhouette_chains(&g, &stitching, &curves, chaining);
@@ -208,7 +212,7 @@ impl Prepared {
             patches: view.patches().len() as u64,
             trims: (0..view.surfaces().len()).filter_map(|s| view.trims(s)).map(|t| t.loops().len() as u64).sum(),
             facing,
-            silhouette_undecided: traced.undecided.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
+            silhouette_undecided: undecided_silhouettes.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             section_undecided: undecided_sections.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             silhouette: traced.stats,
             chains: chains.stats,

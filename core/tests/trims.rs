@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat4, DVec2, DVec3};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 use penvis_core::extract::adaptive::{AdaptiveOptions, Direction, Spacing};
-use penvis_core::nurbs::{Curve, Surface};
+use penvis_core::nurbs::{Curve, KnotVector, Surface};
 use penvis_core::pipeline::{DrawOptions, Prepared, Traced};
 use penvis_core::scene::{Scene, SceneSurface};
 use penvis_core::shape::{Frame, circle, cylinder, plane, polyline, torus};
@@ -180,6 +180,77 @@ fn a_plug_that_fills_a_hole_leaves_no_trace_of_it() {
         for kind in [CurveKind::Boundary, CurveKind::Iso] {
             near(length(&picture, kind, Some(2)), 0.0);
         }
+    }
+}
+
+/// The surface (u, −(v − g(u))², v) with g = ½ + 20 u (u − ¼) (u − ¾) (u − 1), seen along its third axis: the
+/// silhouette v = g(u) is a straight line on the screen, with one normal all along, and swings to and fro in the parameters.
+fn swinging() -> (Surface, impl Fn(f64) -> f64) {
+    let g = |u: f64| 0.5 + 20.0 * u * (u - 0.25) * (u - 0.75) * (u - 1.0);
+    // Bernstein coefficients by interpolation at as many places as there are coefficients.
+    const N: usize = 8;
+    let coefficients = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        let mut rows: Vec<Vec<f64>> = (0..=N)
+            .map(|k| {
+                let t = k as f64 / N as f64;
+                let binomial = |i: usize| (0..i).fold(1.0, |b, j| b * (N - j) as f64 / (j + 1) as f64);
+                let basis = |i: usize| binomial(i) * t.powi(i as i32) * (1.0 - t).powi((N - i) as i32);
+                (0..=N).map(basis).chain([f(t)]).collect()
+            })
+            .collect();
+        for k in 0..=N {
+            let pivot = (k..=N).max_by(|&a, &b| rows[a][k].abs().total_cmp(&rows[b][k].abs())).expect("a row");
+            rows.swap(k, pivot);
+            let own = rows[k].clone();
+            for (_, row) in rows.iter_mut().enumerate().filter(|(r, _)| *r != k) {
+                let factor = row[k] / own[k];
+                row.iter_mut().zip(&own).for_each(|(x, y)| *x -= factor * y);
+            }
+        }
+        (0..=N).map(|k| rows[k][N + 1] / rows[k][k]).collect()
+    };
+    let (x, once, twice) = (coefficients(&|u| u), coefficients(&g), coefficients(&|u| g(u) * g(u)));
+    let points = (0..=N).flat_map(|i| {
+        // v² and v have the coefficients 0, 0, 1 and 0, ½, 1.
+        let y = [0.0, once[i], 2.0 * once[i] - 1.0].map(|y| y - twice[i]);
+        [0, 1, 2].map(|j| DVec4::new(x[i], y[j], 0.5 * j as f64, 1.0))
+    });
+    let knots = |degree| KnotVector::bezier(degree, [0.0, 1.0]).expect("knots");
+    (Surface::new(knots(N), knots(2), points.collect()).expect("a surface"), g)
+}
+
+#[test]
+fn a_silhouette_that_swings_between_its_vertices_is_cut_wherever_it_is_kept() {
+    let (surface, g) = swinging();
+    let options = DrawOptions { isos: 0, ..DrawOptions::default() };
+    let drawn = |loops: &[Vec<Curve>]| {
+        let scene = Scene { name: "swinging".into(), surfaces: vec![trimmed(surface.clone(), loops)] };
+        let camera = Camera::orthographic(DVec3::Z, DVec3::Y).expect("a camera");
+        let prepared = Prepared::new(&scene, &camera, &options, &()).expect("a picture");
+        assert!(prepared.stats().silhouette_undecided.is_empty(), "{:?}", prepared.stats().silhouette_undecided);
+        let curves = prepared.curves().iter().filter(|c| c.kind == CurveKind::Silhouette);
+        let mut parts: Vec<[f64; 2]> = curves
+            .map(|c| c.domain.map(|t| c.uv(&prepared.geometry(), t).x))
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .collect();
+        parts.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        parts
+    };
+    assert_eq!(drawn(&[rectangle([0.0, 1.0], [0.0, 1.0])]), [[0.0, 1.0]]);
+    // A tile on the top of each swing, which is in the middle between places at which the curve is at one height.
+    for top in [0.5 - 0.15625_f64.sqrt(), 0.5, 0.5 + 0.15625_f64.sqrt()] {
+        let (w, h) = (0.01, 0.004);
+        let parts = drawn(&[rectangle([top - w, top + w], [g(top) - h, g(top) + h])]);
+        assert!(parts.len() == 1, "{top}: {parts:?}");
+        let [a, b] = parts[0];
+        assert!(a < top && top < b, "{top}: {parts:?}");
+        for u in [a, b] {
+            let on_border = ((u - top).abs() - w).abs() < 1e-9 || ((g(u) - g(top)).abs() - h).abs() < 1e-9;
+            assert!(on_border, "{top}: {u}");
+        }
+        // What the tile leaves out are two parts.
+        let rest = drawn(&[rectangle([0.0, 1.0], [0.0, 1.0]), rectangle([top - w, top + w], [g(top) - h, g(top) + h])]);
+        assert!(rest.len() == 2 && (rest[0][1] - a).abs() + (rest[1][0] - b).abs() < 1e-9, "{top}: {rest:?}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! All curves of a scene: boundaries, creases, silhouettes and uniform isocurves, cut to what trims keep.
+//! All curves of a scene: boundaries, creases, silhouettes and uniform isocurves.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -8,7 +8,6 @@ use super::join::{edge_curves, inner_lines};
 use super::kind::CurveKind;
 use super::on_line::{corners, facing_zeros};
 use super::silhouette::Silhouettes;
-use super::trimmed::cut_to_trims;
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
@@ -66,7 +65,7 @@ pub struct CurveOptions {
     pub contact: f64,
 }
 
-/// Gathers the curves. Every active curve is there whatever is wanted, because visibility changes at it; passive ones only
+/// Gathers the curves, as they are without trims but for the boundaries. Every active curve is there whatever is wanted, because visibility changes at it; passive ones only
 /// if they are wanted.
 #[must_use]
 pub fn curves(
@@ -116,7 +115,7 @@ pub fn curves(
             iso_curves(g, surface, options.isos, &mut out);
         }
     }
-    cut_to_trims(g, out)
+    out
 }
 
 fn iso_curves(g: &Geometry<'_>, surface: usize, isos: u32, out: &mut Vec<SurfaceCurve>) {

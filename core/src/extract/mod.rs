@@ -20,5 +20,5 @@ pub use curve::{Geometry, Path, SurfaceCurve};
 pub use kind::CurveKind;
 pub(crate) use on_line::{lies_left, lies_left_along};
 pub(crate) use trimmed::cut_to_trims;
-pub use trimmed::trimmed_parts;
+pub use trimmed::{Kept, kept_parts};
 pub use undecided::UndecidedPart;
