@@ -1,6 +1,6 @@
 //! Boundary representations whose faces do not quite meet at the edges that they share.
 
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::{Scene, SceneSurface};
 use penvis_core::shape::{plane, polyline};
@@ -59,4 +59,21 @@ fn a_cube_of_faces_that_do_not_meet_shows_its_nine_edges() {
             }
         }
     }
+}
+
+#[test]
+fn two_models_that_number_their_edges_alike_keep_their_own() {
+    let camera = Camera::orthographic(DVec3::new(1.0, -1.3, 0.8), DVec3::Z).unwrap();
+    let options = DrawOptions { isos: 0, ..DrawOptions::default() };
+    let first = cube([1e-5; 6], 0.0);
+    let mut second = first.clone();
+    for part in &mut second.surfaces {
+        let aside = DMat4::from_translation(DVec3::new(5.0, 0.0, 0.0));
+        part.surface = part.surface.transformed(aside).unwrap();
+    }
+    let both = Scene::joined("two cubes", [first, second]);
+    let prepared = Prepared::new(&both, &camera, &options, &()).unwrap();
+    let traced = prepared.trace(1e-6, &()).unwrap();
+    let ink: f64 = traced.strokes.iter().map(length).sum();
+    assert!((ink - 18.0).abs() < 1e-2 && traced.strokes.iter().all(|s| s.kind == CurveKind::Crease), "{ink}");
 }

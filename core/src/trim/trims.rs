@@ -268,6 +268,15 @@ impl Trims {
         Self { loops: self.loops.iter().map(cut).collect(), ..*self }
     }
 
+    /// The same trims with the shared edges named otherwise: `name` is asked for each piece along one, loop by loop.
+    #[must_use]
+    pub fn with_edges(mut self, name: &mut dyn FnMut(u32) -> u32) -> Self {
+        for piece in self.loops.iter_mut().flat_map(|l| &mut l.pieces) {
+            piece.edge = piece.edge.map(&mut *name);
+        }
+        self
+    }
+
     /// Whether the loop turns at the joint between two neighbouring pieces.
     #[must_use]
     pub fn is_corner(&self, before: &TrimPiece, after: &TrimPiece) -> bool {

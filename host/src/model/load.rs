@@ -113,18 +113,17 @@ pub enum ModelError {
 /// The first [`ModelError`].
 pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError> {
     let mut joined = Model::default();
+    let (mut names, mut scenes, mut before) = (Vec::new(), Vec::new(), 0);
     for spec in specs {
         let model = load_one(spec, reading)?;
-        if !joined.scene.name.is_empty() {
-            joined.scene.name.push_str(" + ");
-        }
-        joined.scene.name.push_str(&model.scene.name);
-        let before = joined.scene.surfaces.len();
-        joined.scene.surfaces.extend(model.scene.surfaces);
         let moved = |f: ModelFile| ModelFile { surfaces: before + f.surfaces.start..before + f.surfaces.end, ..f };
         joined.files.extend(model.files.into_iter().map(moved));
         joined.view = joined.view.or(model.view);
+        before += model.scene.surfaces.len();
+        names.push(model.scene.name.clone());
+        scenes.push(model.scene);
     }
+    joined.scene = Scene::joined(names.join(" + "), scenes);
     Ok(joined)
 }
 
