@@ -11,7 +11,9 @@ use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouet
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
-use crate::extract::{CurveOptions, CurveSet, Geometry, SurfaceCurve, UndecidedPart, curves, cut_to_trims};
+use crate::extract::{
+    CurveKind, CurveOptions, CurveSet, Geometry, Style, Styles, SurfaceCurve, UndecidedPart, curves, cut_to_trims,
+};
 use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
 use crate::stitch::{StitchOptions, Stitching};
@@ -153,6 +155,7 @@ pub struct Prepared {
     curves: Vec<SurfaceCurve>,
     chains: SilhouetteChains,
     arcs: Arcs,
+    styles: Styles,
     options: DrawOptions,
     stats: Stats,
 }
@@ -166,6 +169,21 @@ impl Prepared {
         scene: &Scene,
         camera: &Camera,
         options: &DrawOptions,
+        monitor: &dyn Monitor,
+    ) -> Result<Self, PictureError> {
+        let styles = Styles::uniform(Style { curves: options.curves, isos: options.isos });
+        Self::styled(scene, camera, options, styles, monitor)
+    }
+
+    /// As [`new`](Self::new), with a style for each surface in place of the curves and isocurves of the options.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn styled(
+        scene: &Scene,
+        camera: &Camera,
+        options: &DrawOptions,
+        styles: Styles,
         monitor: &dyn Monitor,
     ) -> Result<Self, PictureError> {
         let stops = || monitor.stops();
@@ -184,21 +202,16 @@ impl Prepared {
         let traced = silhouettes(view.patches(), &forms, trace, stop);
         stop.check()?;
         let g = Geometry { view: &view, forms: &forms };
-        let gather = CurveOptions {
-            wanted: options.curves,
-            isos: options.isos,
-            angle: options.smooth_angle,
-            contact: STITCH * size,
-        };
+        let gather = CurveOptions { styles: &styles, angle: options.smooth_angle, contact: STITCH * size };
         let (mut curves, cut) = cut_to_trims(&g, curves(&g, &stitching, &traced, &gather, stop));
         stop.check()?;
         let mut undecided_silhouettes = traced.undecided;
         undecided_silhouettes.extend(cut);
         let mut undecided_sections = Vec::new();
-        if options.curves.section {
+        if styles.wants(CurveKind::Section) {
             let found = sections(&view, &stitching, STITCH * size, stop);
             stop.check()?;
-            let (sections, cut) = cut_to_trims(&g, section_curves(&g, &found));
+            let (sections, cut) = cut_to_trims(&g, section_curves(&g, &found, &styles));
             curves.extend(sections);
             undecided_sections = found.undecided;
             undecided_sections.extend(cut);
@@ -218,10 +231,10 @@ impl Prepared {
             chains: chains.stats,
             ..Stats::default()
         };
-        Ok(Self { view, stitching, forms, curves, chains, arcs, options: *options, stats })
+        Ok(Self { view, stitching, forms, curves, chains, arcs, styles, options: *options, stats })
     }
 
-    /// Adds adaptive isocurves. They lie inside the picture as it is, so that their spacing can be chosen by its
+    /// Adds adaptive isocurves to the surfaces whose styles have isocurves, but for facets of meshes. They lie inside the picture as it is, so that their spacing can be chosen by its
     /// [`extent`](Self::extent).
     ///
     /// # Errors
@@ -231,7 +244,8 @@ impl Prepared {
         let stop = Stop::when(&stops);
         monitor.begin(Stage::Extract);
         let g = Geometry { view: &self.view, forms: &self.forms };
-        let found = cover(&g, &self.stitching, &self.options.curves, options, stop);
+        let wanted = |s: usize| self.styles.of(s).curves.iso && self.view.facet(s).is_none();
+        let found = cover(&g, &self.stitching, &wanted, &self.styles, options, stop);
         stop.check()?;
         let curves = adaptive_curves(&g, &found);
         self.arcs.extend(&curves, self.curves.len(), &g, FIT * self.view.size(), stop);

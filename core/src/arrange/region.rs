@@ -147,6 +147,7 @@ pub(super) fn boundary_curve(line: Line, domain: [f64; 2]) -> SurfaceCurve {
         kind: CurveKind::Boundary,
         surface: line.surface,
         surfaces: vec![line.surface],
+        style: line.surface,
         path: Path::Line(line),
         domain,
         active: true,

@@ -8,6 +8,7 @@ use super::join::{edge_curves, inner_lines};
 use super::kind::CurveKind;
 use super::on_line::{corners, facing_zeros};
 use super::silhouette::Silhouettes;
+use super::style::Styles;
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
@@ -36,6 +37,10 @@ impl Default for CurveSet {
 }
 
 impl CurveSet {
+    /// No kind.
+    pub const NONE: Self =
+        Self { boundary: false, crease: false, silhouette: false, iso: false, smooth: false, section: false };
+
     /// Whether `kind` is in the set.
     #[must_use]
     pub fn contains(&self, kind: CurveKind) -> bool {
@@ -51,13 +56,10 @@ impl CurveSet {
 }
 
 /// What is to be gathered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveOptions {
-    /// Kinds of curve wanted on paper.
-    pub wanted: CurveSet,
-    /// Isocurves a direction; they stand at the middles of as many equal parts of each surface's parameter range, or of
-    /// the box of its trims.
-    pub isos: u32,
+#[derive(Clone, Copy, Debug)]
+pub struct CurveOptions<'a> {
+    /// What of each surface is wanted on paper.
+    pub styles: &'a Styles,
     /// Largest angle between the tangent planes of a smooth join, radians.
     pub angle: f64,
     /// Stitched curves agree to this; view-space units. No part of a join shorter than it is told from its neighbours:
@@ -72,7 +74,7 @@ pub fn curves(
     g: &Geometry<'_>,
     stitching: &Stitching,
     silhouettes: &Silhouettes,
-    options: &CurveOptions,
+    options: &CurveOptions<'_>,
     stop: Stop<'_>,
 ) -> Vec<SurfaceCurve> {
     let mut out = Vec::new();
@@ -99,7 +101,8 @@ pub fn curves(
             domain: [0.0, traced.segment_count() as f64],
             path: Path::Traced(traced.clone()),
             active: true,
-            inked: options.wanted.silhouette,
+            inked: options.styles.of(surface).curves.silhouette,
+            style: surface,
             level: 0,
             sides: Vec::new(),
             splits: Vec::new(),
@@ -107,12 +110,13 @@ pub fn curves(
     }
     // Active curves first: of coincident lines the earlier one is inked, and outlines come before what fills them.
     out.sort_by_key(|c| !c.active);
-    if options.wanted.iso {
-        for surface in (0..g.view.surfaces().len()).filter(|&s| g.view.facet(s).is_none()) {
-            if stop.is_wanted() {
-                return out;
-            }
-            iso_curves(g, surface, options.isos, &mut out);
+    for surface in (0..g.view.surfaces().len()).filter(|&s| g.view.facet(s).is_none()) {
+        if stop.is_wanted() {
+            return out;
+        }
+        let style = options.styles.of(surface);
+        if style.curves.iso {
+            iso_curves(g, surface, style.isos, &mut out);
         }
     }
     out
@@ -140,6 +144,7 @@ fn iso_curves(g: &Geometry<'_>, surface: usize, isos: u32, out: &mut Vec<Surface
                 domain,
                 active: false,
                 inked: true,
+                style: surface,
                 level: 0,
                 sides: Vec::new(),
                 splits,

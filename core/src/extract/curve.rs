@@ -53,6 +53,8 @@ pub struct SurfaceCurve {
     pub active: bool,
     /// Whether it is wanted on paper.
     pub inked: bool,
+    /// The surface in whose style it is drawn: of `surfaces` the first that wants it, or `surface`.
+    pub style: usize,
     /// Of adaptive isocurves: from 0, the coarsest of the levels that it belongs to; 0 for all others.
     pub level: u32,
     /// Indices of the sides (boundary curves) that coincide with it, its own included.

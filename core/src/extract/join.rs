@@ -27,7 +27,7 @@ pub(super) fn edge_curves(
     g: &Geometry<'_>,
     stitching: &Stitching,
     edge: &Edge,
-    options: &CurveOptions,
+    options: &CurveOptions<'_>,
     out: &mut Vec<SurfaceCurve>,
 ) {
     let path = &stitching.sides[edge.side].path;
@@ -54,7 +54,8 @@ pub(super) fn edge_curves(
         },
         domain,
         active,
-        inked: options.wanted.contains(kind),
+        inked: options.styles.drawn_by(&surfaces, kind).is_some(),
+        style: options.styles.drawn_by(&surfaces, kind).unwrap_or(path.surface()),
         level: 0,
         sides: sides.clone(),
         splits: splits.iter().copied().filter(|&t| domain[0] < t && t < domain[1]).collect(),
@@ -74,7 +75,7 @@ pub(super) fn edge_curves(
             for (fold, t) in runs(&parts(&at, edge.t, cuts, options.contact), is_fold) {
                 if fold {
                     out.push(curve(CurveKind::Silhouette, t, true));
-                } else if options.wanted.smooth {
+                } else if options.styles.drawn_by(&surfaces, CurveKind::Smooth).is_some() {
                     out.push(curve(CurveKind::Smooth, t, false));
                 }
             }
@@ -85,7 +86,7 @@ pub(super) fn edge_curves(
 }
 
 /// Knot lines inside a surface: creases where the normal jumps, silhouettes where the surface folds exactly there.
-pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptions, out: &mut Vec<SurfaceCurve>) {
+pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptions<'_>, out: &mut Vec<SurfaceCurve>) {
     let grid = &g.view.surfaces()[surface];
     for (axis, breaks, corner) in
         [(Axis::U, &grid.u_breaks, &grid.u_corners), (Axis::V, &grid.v_breaks, &grid.v_corners)]
@@ -118,7 +119,8 @@ pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptio
                     path: Path::Line(low.clone()),
                     domain: t,
                     active: true,
-                    inked: options.wanted.contains(kind),
+                    inked: options.styles.of(surface).curves.contains(kind),
+                    style: surface,
                     level: 0,
                     sides: Vec::new(),
                     splits: splits.iter().copied().filter(|&x| t[0] < x && x < t[1]).collect(),

@@ -19,6 +19,7 @@ use super::curve::{Geometry, Path, SurfaceCurve};
 use super::facing::Facing;
 use super::kind::CurveKind;
 use super::silhouette::UndecidedPlace;
+use super::style::Styles;
 use super::zero_set::Rect;
 use crate::grid::Grid;
 use crate::stitch::Stitching;
@@ -154,13 +155,13 @@ pub fn sections(view: &ViewScene, stitching: &Stitching, contact: f64, stop: Sto
     Sections { curves, undecided }
 }
 
-/// The sections as curves to be drawn. They are split where one of their surfaces turns away from the eye.
+/// The sections that are wanted as curves to be drawn. They are split where one of their surfaces turns away from the eye.
 #[must_use]
-pub fn section_curves(g: &Geometry<'_>, sections: &Sections) -> Vec<SurfaceCurve> {
+pub fn section_curves(g: &Geometry<'_>, sections: &Sections, styles: &Styles) -> Vec<SurfaceCurve> {
     let patches = g.view.patches();
     let curve = |section: &SectionCurve| {
         let surfaces = section.arcs[0].patches.map(|k| patches[k].surface);
-        SurfaceCurve {
+        Some(SurfaceCurve {
             kind: CurveKind::Section,
             surface: surfaces[0],
             surfaces: surfaces.to_vec(),
@@ -169,11 +170,12 @@ pub fn section_curves(g: &Geometry<'_>, sections: &Sections) -> Vec<SurfaceCurve
             path: Path::Section(section.clone()),
             active: false,
             inked: true,
+            style: styles.drawn_by(&surfaces, CurveKind::Section)?,
             level: 0,
             sides: Vec::new(),
-        }
+        })
     };
-    sections.curves.iter().map(curve).collect()
+    sections.curves.iter().filter_map(curve).collect()
 }
 
 /// Where one of the two surfaces of a section turns away from the eye: inside an arc, or from one patch to the next. An arc

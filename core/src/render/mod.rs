@@ -43,7 +43,7 @@ pub(crate) use shade::shade;
 
 use crate::extract::adaptive::{AdaptiveOptions, Direction, RULED, Spacing, cover};
 use crate::extract::facing::Facing;
-use crate::extract::{CurveSet, Geometry};
+use crate::extract::{CurveSet, Geometry, Style, Styles};
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
@@ -181,7 +181,8 @@ fn isocurves(g: &Geometry<'_>, stitching: &Stitching, grid: &PixelGrid, stop: St
     };
     // The ends of the domains are painted here, whatever they are.
     let edges = CurveSet { boundary: true, crease: true, smooth: true, ..CurveSet::default() };
-    let pieces = cover(g, stitching, &edges, &options, stop).pieces;
+    let styles = Styles::uniform(Style { curves: edges, isos: 0 });
+    let pieces = cover(g, stitching, &|_| true, &styles, &options, stop).pieces;
     let mut arcs = Arcs::new(*grid);
     for (surface, shape) in g.view.surfaces().iter().enumerate() {
         let forms = &g.forms[shape.first..shape.first + shape.count_u() * shape.count_v()];

@@ -293,3 +293,12 @@ fn a_hole_is_left_out_and_its_rim_is_not() {
         }
     }
 }
+
+#[test]
+fn facets_of_meshes_are_painted_like_other_surfaces() {
+    let wall = plane(DVec3::new(-1.0, 0.0, -1.0), 2.0 * DVec3::X, 2.0 * DVec3::Z).unwrap();
+    let facet =
+        SceneSurface { facet: Some(crate::scene::Facet { crease_angle: 0.5 }), ..SceneSurface::new("facet", wall) };
+    let raster = Seen::of(vec![facet], &front()).render(&square(0.9, 30));
+    assert!(raster.samples.iter().all(Option::is_some));
+}

@@ -69,7 +69,7 @@ fn candidate_pairs(strokes: &[Stroke], screen_gap: f64, model_gap: f64) -> Vec<P
                     (va.screen - vb.screen).length() <= screen_gap && DVec3::distance(va.model, vb.model) <= model_gap;
                 // A stroke may close on itself, if it is long enough to have an inside.
                 let own = a / 2 == b / 2 && sa.points.len() < 4;
-                let alike = |s: &Stroke| (s.surface, s.kind, s.level, s.qi);
+                let alike = |s: &Stroke| (s.surface, s.style, s.kind, s.level, s.qi);
                 if b > a && near && !own && alike(sa) == alike(sb) {
                     pairs.push(Pair { ends: [a, b], turn: 1.0 + inward(strokes, a).dot(inward(strokes, b)) });
                 }
@@ -136,7 +136,7 @@ mod tests {
             .iter()
             .map(|p| StrokePoint { screen: DVec2::from_array(*p), model: DVec3::new(p[0], p[1], 0.0) })
             .collect();
-        Stroke { kind: CurveKind::Iso, surface: 0, level: 0, qi: 0, certainty: Certainty::Proven, points }
+        Stroke { kind: CurveKind::Iso, surface: 0, style: 0, level: 0, qi: 0, certainty: Certainty::Proven, points }
     }
 
     #[test]

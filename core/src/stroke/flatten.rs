@@ -35,8 +35,8 @@ pub fn flatten(
     let line = |s: &Sighting| {
         let curve = &curves[s.curve];
         let points = if stop.is_wanted() { Vec::new() } else { polyline(g, curve, s.t, tolerance) };
-        let SurfaceCurve { kind, surface, level, .. } = *curve;
-        Stroke { kind, surface, level, qi: s.qi, certainty: s.certainty, points }
+        let SurfaceCurve { kind, surface, style, level, .. } = *curve;
+        Stroke { kind, surface, style, level, qi: s.qi, certainty: s.certainty, points }
     };
     #[cfg(feature = "parallel")]
     {
@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use crate::extract::facing::facing_of_all;
     use crate::extract::silhouette::Silhouettes;
-    use crate::extract::{CurveOptions, CurveSet};
+    use crate::extract::{CurveOptions, CurveSet, Style, Styles};
     use crate::scene::{Scene, SceneSurface};
     use crate::shape::{Frame, sphere};
     use crate::stitch::{StitchOptions, Stitching};
@@ -149,7 +149,8 @@ mod tests {
         let (forms, _) = facing_of_all(view.patches(), Stop::NEVER);
         let g = Geometry { view: &view, forms: &forms };
         let stitching = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.01 }, Stop::NEVER);
-        let options = CurveOptions { wanted: CurveSet::default(), isos: 4, angle: 0.01, contact: 1e-6 };
+        let styles = Styles::uniform(Style { curves: CurveSet::default(), isos: 4 });
+        let options = CurveOptions { styles: &styles, angle: 0.01, contact: 1e-6 };
         let all = crate::extract::curves(&g, &stitching, &Silhouettes::default(), &options, Stop::NEVER);
         let isos: Vec<SurfaceCurve> = all.into_iter().filter(|c| c.kind == CurveKind::Iso).collect();
         let sighting = |(k, c): (usize, &SurfaceCurve)| {

@@ -32,6 +32,8 @@ pub struct Stroke {
     pub kind: CurveKind,
     /// Index of the surface it lies on (the nearer one of a shared curve).
     pub surface: usize,
+    /// Index of the surface in whose style it is drawn: of those that share the curve the first that wants it.
+    pub style: usize,
     /// Of adaptive isocurves: the level from 0, the coarsest; 0 for all others.
     pub level: u32,
     /// Quantitative invisibility: sheets in front. 0 is visible.

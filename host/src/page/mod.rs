@@ -126,7 +126,15 @@ mod tests {
 
     fn stroke(kind: CurveKind, qi: u32, ends: [[f64; 2]; 2]) -> Stroke {
         let point = |p: [f64; 2]| StrokePoint { screen: p.into(), model: DVec3::new(p[0], p[1], 7.0) };
-        Stroke { kind, surface: 3, level: 0, qi, certainty: Certainty::Proven, points: ends.map(point).to_vec() }
+        Stroke {
+            kind,
+            surface: 3,
+            style: 3,
+            level: 0,
+            qi,
+            certainty: Certainty::Proven,
+            points: ends.map(point).to_vec(),
+        }
     }
 
     #[test]

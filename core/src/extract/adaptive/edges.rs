@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use super::strip::Strips;
 use super::{AdaptiveOptions, IsoPiece};
-use crate::extract::{CurveKind, CurveSet, Geometry};
+use crate::extract::{CurveKind, Geometry, Styles};
 use crate::line::{Axis, Line};
 use crate::stitch::{Edge, EdgeClass, Stitching};
 use crate::stop::Stop;
@@ -16,7 +16,7 @@ use crate::stop::Stop;
 pub(super) fn pieces(
     g: &Geometry<'_>,
     stitching: &Stitching,
-    drawn: &CurveSet,
+    styles: &Styles,
     options: &AdaptiveOptions,
     tasks: &[(usize, Axis)],
 ) -> Vec<IsoPiece> {
@@ -24,9 +24,13 @@ pub(super) fn pieces(
     let mut covers = vec![[false; 2]; g.view.surfaces().len()];
     tasks.iter().for_each(|&(surface, axis)| covers[surface][usize::from(axis == Axis::V)] = true);
     let mut out = Vec::new();
-    for edge in stitching.edges.iter().filter(|e| e.owner() && !drawn.contains(kind(e.class))) {
+    for edge in stitching.edges.iter().filter(|e| e.owner()) {
         let mut sides = vec![edge.side];
         sides.extend(&edge.partners);
+        let surfaces: Vec<usize> = sides.iter().map(|&s| stitching.sides[s].path.surface()).collect();
+        if styles.drawn_by(&surfaces, kind(edge.class)).is_some() {
+            continue;
+        }
         let covered = |side: usize| {
             // No isocurve runs along a trim curve.
             stitching.sides[side]

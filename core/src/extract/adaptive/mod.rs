@@ -41,11 +41,11 @@ pub(crate) use rail::restricted;
 use rail::{IsoDistance, Rail};
 use strip::Strips;
 
-use super::CurveSet;
 use super::curve::{Geometry, Path, SurfaceCurve};
 use super::facing::Facing;
 use super::kind::CurveKind;
 use super::on_line::{corners, facing_zeros};
+use super::style::Styles;
 use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
@@ -140,9 +140,8 @@ pub struct Cover {
     pub stats: AdaptiveStats,
 }
 
-/// Covers every surface that is no facet of a mesh with isocurves no farther apart than the spacing. Where a surface's edge, at which the cover begins,
-/// is a smooth join it is one of the isocurves, once for all surfaces that meet there; so are edges of kinds that are not
-/// in `drawn`; others are drawn anyway.
+/// Covers every `wanted` surface with isocurves no farther apart than the spacing. Where a surface's edge, at which the cover begins, is a smooth join it is one of the isocurves, once for all
+/// surfaces that meet there; so are edges of kinds that no style there has; others are drawn anyway.
 ///
 /// Without a tone, each point of a surface is within (1/2 + [`RULED`]) · spacing + `shortest` of an isocurve, by the measure
 /// of the spacing. Cost: linear in the isocurves that come out, times the knot intervals that they cross.
@@ -150,12 +149,13 @@ pub struct Cover {
 pub fn cover(
     g: &Geometry<'_>,
     stitching: &Stitching,
-    drawn: &CurveSet,
+    wanted: &dyn Fn(usize) -> bool,
+    styles: &Styles,
     options: &AdaptiveOptions,
     stop: Stop<'_>,
 ) -> Cover {
     let tasks: Vec<(usize, Axis)> = (0..g.view.surfaces().len())
-        .filter(|&surface| g.view.facet(surface).is_none())
+        .filter(|&surface| wanted(surface))
         .flat_map(|surface| axes(g, surface, options.direction).into_iter().map(move |axis| (surface, axis)))
         .collect();
     let work = |&(surface, axis): &(usize, Axis)| Strips::new(g, surface, axis, options, stop).cover();
@@ -173,7 +173,7 @@ pub fn cover(
         out.stats.distances += c.stats.distances;
         out.stats.ruled_tests += c.stats.ruled_tests;
     }
-    out.pieces.extend(edges::pieces(g, stitching, drawn, options, &tasks));
+    out.pieces.extend(edges::pieces(g, stitching, styles, options, &tasks));
     out
 }
 
@@ -230,6 +230,7 @@ pub fn adaptive_curves(g: &Geometry<'_>, cover: &Cover) -> Vec<SurfaceCurve> {
             domain: p.t,
             active: false,
             inked: true,
+            style: p.surface,
             level: p.level,
             sides: Vec::new(),
             splits,

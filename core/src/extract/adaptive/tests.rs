@@ -7,6 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::extract::facing::{FacingForm, facing_of_all};
+use crate::extract::{CurveSet, Style};
 use crate::nurbs::{KnotVector, Surface};
 use crate::scene::{Scene, SceneSurface};
 use crate::shape::{Frame, cone, cylinder, plane, polyline, revolution, sphere, torus};
@@ -38,7 +39,7 @@ impl Seen {
 
     fn cover(&self, options: &AdaptiveOptions) -> Cover {
         let g = Geometry { view: &self.view, forms: &self.forms };
-        cover(&g, &self.stitching, &CurveSet::default(), options, Stop::NEVER)
+        cover(&g, &self.stitching, &|_| true, &Styles::default(), options, Stop::NEVER)
     }
 
     /// The largest distance on the screen, or in view space, of a dense sample of surface 0 from the pieces given and its
@@ -185,9 +186,12 @@ fn free_edges_are_left_to_boundaries_unless_those_are_not_drawn() {
     let seen = Seen::new(vec![plane(DVec3::ZERO, 4.0 * DVec3::X, 3.0 * DVec3::Y).unwrap()], DVec3::Z);
     let g = Geometry { view: &seen.view, forms: &seen.forms };
     let options = even(3.0, Direction::U);
-    let of = |drawn: &CurveSet| cover(&g, &seen.stitching, drawn, &options, Stop::NEVER).pieces.len();
-    assert_eq!(of(&CurveSet::default()), 0);
-    assert_eq!(of(&CurveSet { boundary: false, ..CurveSet::default() }), 2);
+    let of = |curves: CurveSet| {
+        let styles = Styles::uniform(Style { curves, isos: 0 });
+        cover(&g, &seen.stitching, &|_| true, &styles, &options, Stop::NEVER).pieces.len()
+    };
+    assert_eq!(of(CurveSet::default()), 0);
+    assert_eq!(of(CurveSet { boundary: false, ..CurveSet::default() }), 2);
 }
 
 #[test]

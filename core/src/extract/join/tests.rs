@@ -1,7 +1,7 @@
 use super::*;
 use crate::extract::facing::facing_of_all;
 use crate::extract::silhouette::{SilhouetteOptions, silhouettes};
-use crate::extract::{CurveSet, curves};
+use crate::extract::{CurveSet, Style, Styles, curves};
 use crate::nurbs::{KnotVector, Surface};
 use crate::scene::{Scene, SceneSurface};
 use crate::shape::{Frame, cylinder, sphere, torus};
@@ -42,7 +42,8 @@ fn found(surfaces: Vec<Surface>, eye: DVec3) -> Vec<Found> {
     let traced = silhouettes(view.patches(), &forms, SilhouetteOptions { chord: 1e-3, normal_angle: 0.2 }, Stop::NEVER);
     assert!(traced.undecided.is_empty());
     let wanted = CurveSet { iso: false, ..CurveSet::default() };
-    let all = curves(&g, &stitching, &traced, &CurveOptions { wanted, isos: 0, angle: DEGREE, contact }, Stop::NEVER);
+    let styles = Styles::uniform(Style { curves: wanted, isos: 0 });
+    let all = curves(&g, &stitching, &traced, &CurveOptions { styles: &styles, angle: DEGREE, contact }, Stop::NEVER);
     let kept = all.iter().filter(|c| c.kind != CurveKind::Boundary);
     kept.map(|c| Found {
         kind: c.kind,
