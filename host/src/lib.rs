@@ -22,6 +22,7 @@ pub mod emit;
 pub mod error;
 pub mod interrupt;
 pub mod isocurves;
+mod message;
 pub mod model;
 pub mod options;
 pub mod output;

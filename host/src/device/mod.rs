@@ -6,12 +6,15 @@
 mod place;
 mod profile;
 
-use std::fs;
+use std::fs::File;
+use std::io::Read;
 
 use thiserror::Error;
 
 pub use place::{PlaceError, Placement};
 pub use profile::{Device, Flow, Gcode, Hpgl, Language, Origin, Paper, Pen};
+
+use crate::message::one_line;
 
 /// The profiles that come with the program: name and text.
 const BUILT_IN: &[(&str, &str)] = &[
@@ -26,6 +29,9 @@ const BUILT_IN: &[(&str, &str)] = &[
 
 /// Name of the device that is used when none is asked for.
 pub const DEFAULT: &str = "grbl-servo";
+
+/// Most bytes of a profile.
+const LARGEST: u64 = 1 << 20;
 
 /// Longest chain of `inherits`; a longer one is a circle.
 const INHERIT_MAX: usize = 16;
@@ -82,18 +88,35 @@ pub fn resolved_toml(name: &str) -> Result<String, DeviceError> {
     toml::to_string(&table).map_err(|e| DeviceError::Profile { file: name.to_owned(), what: e.to_string() })
 }
 
+impl Device {
+    /// The device that the text of a profile describes; `file` is what messages call it.
+    ///
+    /// # Errors
+    /// [`DeviceError`]: a profile that is not right, or one that it inherits from.
+    pub fn from_toml(text: &str, file: &str) -> Result<Self, DeviceError> {
+        Self::from_table(followed(parse(text, file)?, file)?, file)
+    }
+}
+
 /// The profile's table with `inherits` followed and removed.
 fn resolved(name: &str) -> Result<toml::Table, DeviceError> {
+    followed(parse(&read(name)?, name)?, name)
+}
+
+/// A profile's table with `inherits` followed and removed.
+fn followed(mut base: toml::Table, name: &str) -> Result<toml::Table, DeviceError> {
     let mut file = name.to_owned();
     let mut table = toml::Table::new();
     for _ in 0..INHERIT_MAX {
-        let mut base = parse(&read(&file)?, &file)?;
         let next = base.remove("inherits");
         overlay(&mut base, table);
         table = base;
         match next {
             None => return Ok(table),
-            Some(toml::Value::String(next)) => file = next,
+            Some(toml::Value::String(next)) => {
+                base = parse(&read(&next)?, &next)?;
+                file = next;
+            }
             Some(_) => {
                 return Err(DeviceError::Profile { file, what: "`inherits` must be the name of a device".into() });
             }
@@ -104,7 +127,16 @@ fn resolved(name: &str) -> Result<toml::Table, DeviceError> {
 
 fn read(name: &str) -> Result<String, DeviceError> {
     if name.ends_with(".toml") {
-        return fs::read_to_string(name).map_err(|source| DeviceError::Read { file: name.to_owned(), source });
+        let mut text = String::new();
+        let reading = File::open(name).and_then(|file| file.take(LARGEST + 1).read_to_string(&mut text));
+        return match reading {
+            Err(source) => Err(DeviceError::Read { file: name.to_owned(), source }),
+            Ok(_) if text.len() as u64 > LARGEST => Err(DeviceError::Profile {
+                file: name.to_owned(),
+                what: format!("is larger than {} KiB, too large for a profile; check the path", LARGEST >> 10),
+            }),
+            Ok(_) => Ok(text),
+        };
     }
     let found = BUILT_IN.iter().find(|(known, _)| *known == name);
     found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| DeviceError::Unknown { name: name.to_owned() })
@@ -112,7 +144,7 @@ fn read(name: &str) -> Result<String, DeviceError> {
 
 fn parse(text: &str, file: &str) -> Result<toml::Table, DeviceError> {
     text.parse::<toml::Table>()
-        .map_err(|e| DeviceError::Profile { file: file.to_owned(), what: e.to_string().trim().replace('\n', " ") })
+        .map_err(|e| DeviceError::Profile { file: file.to_owned(), what: one_line(&e.to_string()) })
 }
 
 /// Puts the keys of `over` into `base`. Tables are merged, anything else is replaced; a table with another `kind` is replaced

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::DeviceError;
+use crate::message::one_line;
 
 /// The language a plotter speaks, with what is particular to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -197,7 +198,7 @@ impl Device {
     /// [`DeviceError::Profile`] with the key that is unknown, missing, or out of range.
     pub(super) fn from_table(table: toml::Table, file: &str) -> Result<Self, DeviceError> {
         let bad = |what: String| DeviceError::Profile { file: file.to_owned(), what };
-        let raw: Raw = table.try_into().map_err(|e: toml::de::Error| bad(e.to_string().trim().replace('\n', " ")))?;
+        let raw: Raw = table.try_into().map_err(|e: toml::de::Error| bad(one_line(&e.to_string())))?;
         let language = match (raw.protocol, raw.gcode, raw.hpgl) {
             (Protocol::Grbl, Some(gcode), None) => Language::Grbl(gcode),
             (Protocol::Hpgl, None, Some(hpgl)) => Language::Hpgl(hpgl),

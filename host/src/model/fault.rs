@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-/// What is wrong with a model file, and where in it.
+use crate::message::one_line;
+
+/// What is wrong with a model file, and where in it. It is told in one line, whatever the file's own words in it are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Where: a line, an entity, a surface and its field; empty when it is the whole of the file.
@@ -31,9 +33,9 @@ impl Fault {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.place.is_empty() {
-            write!(f, "{}: ", self.place)?;
+            write!(f, "{}: ", one_line(&self.place))?;
         }
-        f.write_str(&self.problem)
+        f.write_str(&one_line(&self.problem))
     }
 }
 

@@ -87,6 +87,17 @@ impl Source {
         Ok(bytes)
     }
 
+    /// The bytes one after the other, for a format whose reader holds in the end about as much as it reads.
+    ///
+    /// # Errors
+    /// As [`bytes`](Self::bytes).
+    pub fn text(&mut self) -> Result<impl BufRead + '_, ReadError> {
+        if self.len > LARGEST_WHOLE {
+            return Err(ReadError::TooLarge { limit: LARGEST_WHOLE });
+        }
+        Ok(self.stream()?)
+    }
+
     /// The bytes one after the other, from the beginning, without holding them all.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! The surface JSON reader.
 
+use std::io::BufRead;
+
 use glam::DVec4;
 use penvis_core::nurbs::{Curve, KnotVector, NurbsError, Surface};
 use penvis_core::scene::{Scene, SceneSurface};
@@ -18,7 +20,8 @@ pub(super) const FORMAT: ModelFormat = ModelFormat {
     extensions: &["json"],
     looks_like: |head| head.trim_ascii_start().first() == Some(&b'{'),
     read: |source, _| {
-        let (scene, view) = read(&source.bytes()?, source.stem())?;
+        let stem = source.stem().to_owned();
+        let (scene, view) = read(source.text()?, &stem)?;
         Ok(Import { scene, view, report: Report::default() })
     },
 };
@@ -64,8 +67,8 @@ fn fault(surface: Option<usize>, field: &str, problem: String) -> Fault {
 ///
 /// # Errors
 /// The first [`Fault`], whatever the bytes are.
-fn read(bytes: &[u8], stem: &str) -> Result<(Scene, Option<View>), Fault> {
-    let mut json = serde_json::Deserializer::from_slice(bytes);
+fn read(text: impl BufRead, stem: &str) -> Result<(Scene, Option<View>), Fault> {
+    let mut json = serde_json::Deserializer::from_reader(text);
     let file: FileJson = serde_path_to_error::deserialize(&mut json).map_err(|e| fault_of_path(e.path(), e.inner()))?;
     json.end().map_err(|e| Fault::whole(e.to_string()))?;
     if file.surfaces.is_empty() {
@@ -305,6 +308,15 @@ mod tests {
         assert!(read(twice.as_bytes(), "file").unwrap_err().to_string().contains("line 2 column 1"));
     }
 
+    #[test]
+    fn words_of_the_file_do_not_break_the_line() {
+        let mut model = model();
+        model["view"]["projection"] = json!(format!("fish\neye \u{1b}[31m{}", "x".repeat(10_000)));
+        let message = read_value(&model).unwrap_err().to_string();
+        assert!(message.starts_with("view.projection: unknown variant `fish eye [31mxxx"), "{message}");
+        assert!(!message.contains(char::is_control) && message.chars().count() < 1000, "{message}");
+    }
+
     /// A triangle in two curves, the second of them rational.
     fn triangle() -> Value {
         json!([
@@ -396,7 +408,7 @@ mod tests {
             let at = at.index(bytes.len());
             let end = (at + len).min(bytes.len());
             bytes.splice(at..end, with);
-            let _ = read(&bytes, "file");
+            let _ = read(&*bytes, "file");
         }
     }
 }

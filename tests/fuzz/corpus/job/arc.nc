@@ -1,0 +1,4 @@
+%
+G17G2X1Y0I-1J0F100
+(comment
+M30

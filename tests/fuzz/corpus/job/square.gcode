@@ -1,0 +1,13 @@
+; square
+G21 G90
+G0 X10 Y10
+M3 S90
+G4 P0.2
+G1 X20 F1500
+Y20
+X10
+Y10
+M5
+M0 (change the pen)
+$H
+G0 X0 Y0

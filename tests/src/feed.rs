@@ -1,0 +1,150 @@
+//! Bytes that may be anything, for everything that reads. The fuzz targets and the test of their saved inputs share it.
+//!
+//! What is fed must end without a panic. What is refused must be refused in one line that a terminal can show, whatever
+//! the bytes were.
+
+use std::cell::Cell;
+
+use penvis::device::{self, Device};
+use penvis::model::{FORMATS, Import, ModelFormat, ReadError, Reading, Source, Watch};
+use penvis::protocol;
+use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
+
+/// Most characters of a message: it may quote the file, but not all of it.
+const LONGEST_MESSAGE: usize = 1000;
+
+/// Devices whose languages jobs are held against, one each.
+const JOB_DEVICES: [&str; 2] = ["grbl-servo", "hp7475a"];
+
+/// Step interrupts in which the firmware must have answered, or be about something that takes longer.
+const MOST_TICKS: u32 = 20_000;
+
+/// What reads bytes, by the names of the fuzz targets and of the folders of their inputs: the model formats, and
+/// then jobs for plotters, device profiles and what the firmware hears on its line.
+#[must_use]
+pub fn names() -> Vec<String> {
+    FORMATS.iter().map(slug).chain(["job", "device", "firmware"].map(str::to_owned)).collect()
+}
+
+/// Name of the fuzz target of a model format.
+#[must_use]
+pub fn slug(format: &ModelFormat) -> String {
+    let word = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    format.name.chars().map(word).collect()
+}
+
+/// Feeds bytes to the reader of this name.
+///
+/// # Panics
+/// If there is no such reader, or it does what it must not.
+pub fn feed(name: &str, bytes: &[u8]) {
+    match name {
+        "job" => job(bytes),
+        "device" => profile(bytes),
+        "firmware" => firmware(bytes),
+        _ => match FORMATS.iter().find(|f| slug(f) == name) {
+            Some(format) => drop(model(format, bytes)),
+            None => panic!("nothing is called {name}; these are: {}", names().join(", ")),
+        },
+    }
+}
+
+/// Counts how often it is told of progress.
+#[derive(Default)]
+struct Counter(Cell<usize>);
+
+impl Watch for Counter {
+    fn progress(&self, done: usize, total: usize) {
+        assert!(done <= total, "{done} of {total}");
+        self.0.set(self.0.get() + 1);
+    }
+}
+
+/// Reads a model of this format.
+///
+/// # Errors
+/// What the reader says, which is one line.
+///
+/// # Panics
+/// If the reader panics, says more than a line, or works on a small file for long.
+pub fn model(format: &ModelFormat, bytes: &[u8]) -> Result<Import, ReadError> {
+    let counter = Counter::default();
+    let mut source = Source::from_bytes("fed", bytes.to_vec())?;
+    let result = format.read(&mut source, &Reading::new(&counter));
+    let steps = counter.0.get();
+    assert!(steps <= 1000 + bytes.len(), "{steps} steps for {} bytes", bytes.len());
+    match &result {
+        Ok(import) => {
+            let r = &import.report;
+            r.healed.iter().chain(&r.problems).chain(r.skipped.keys()).chain(r.kinds.keys()).for_each(|m| is_a_line(m));
+        }
+        Err(error) => is_a_line(&error.to_string()),
+    }
+    result
+}
+
+/// Checks a job as for sending it, in both languages.
+fn job(bytes: &[u8]) {
+    for name in JOB_DEVICES {
+        let device = device::find(name).expect("a built-in profile");
+        match protocol::start(bytes, &device, device.baud) {
+            Ok(mut conversation) => {
+                conversation.protocol.tick(std::time::Duration::ZERO);
+                let _ = conversation.protocol.take_output();
+            }
+            Err(error) => is_a_line(&error.to_string()),
+        }
+    }
+}
+
+/// Reads a device profile.
+fn profile(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    // What it inherits from is another file.
+    if !text.contains("inherits") {
+        match Device::from_toml(&text, "fed") {
+            Ok(_) => {}
+            Err(error) => is_a_line(&error.to_string()),
+        }
+    }
+}
+
+/// A plotter without parts.
+struct Nothing;
+
+impl Hardware for Nothing {
+    fn set_directions(&mut self, _: Axes) {}
+    fn step(&mut self, _: Axes) {}
+    fn set_pen(&mut self, _: Pen) {}
+}
+
+/// Lets the firmware hear the bytes at the pace at which it reads them.
+fn firmware(bytes: &[u8]) {
+    let mut machine: Machine<Nothing> = Machine::new(Nothing, Settings::default());
+    let mut ticks = 0;
+    let mut turn = |machine: &mut Machine<Nothing>| {
+        while machine.poll() {}
+        while let Some(byte) = machine.transmit() {
+            assert!(byte.is_ascii(), "{byte}");
+        }
+        machine.tick();
+        ticks += 1;
+        ticks < MOST_TICKS
+    };
+    for &byte in bytes {
+        while machine.rx_free() == 0 {
+            if !turn(&mut machine) {
+                return;
+            }
+        }
+        machine.receive(byte);
+    }
+    while !machine.is_idle() && turn(&mut machine) {}
+    assert_eq!(machine.lost_bytes(), 0);
+}
+
+fn is_a_line(message: &str) {
+    assert!(!message.trim().is_empty(), "an empty message");
+    assert!(!message.chars().any(char::is_control), "not one line: {message:?}");
+    assert!(message.chars().count() <= LONGEST_MESSAGE, "{} characters: {message:.200}…", message.chars().count());
+}

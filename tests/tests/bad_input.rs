@@ -1,0 +1,292 @@
+//! Files of every model format that are not as they should be: each is refused in one line that says which file, where
+//! in it and what to do, in bounded memory, or what is not understood in it is counted.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use peak_alloc::PeakAlloc;
+use penvis::model::{self, FORMATS, Model, Reading};
+use tempfile::TempDir;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Memory that any of these files may take to be refused.
+const MOST_MEMORY: usize = 96 << 20;
+
+/// A small good file of a format.
+struct Sample {
+    /// Of the format in the registry.
+    format: &'static str,
+    extension: &'static str,
+    content: &'static [u8],
+    /// Whether a part of the file is no file: its end is announced or marked.
+    has_end: bool,
+}
+
+const SAMPLES: &[Sample] = &[Sample {
+    format: "surface JSON",
+    extension: "json",
+    content: br#"{"name": "sheet", "surfaces": [
+  {"degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+   "control_points": [[[0, 0, 0, 1], [0, 1, 0, 1]], [[1, 0, 0, 1], [1, 1, 0, 1]]],
+   "trim_loops": [[{"degree": 1, "knots": [0, 0, 1, 2, 3, 3],
+                    "control_points": [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 1]]}]]}],
+ "view": {"eye_direction": [1.0, -1.6, 0.75], "up": [0, 0, 1], "projection": "orthographic"}}"#,
+    has_end: true,
+}];
+
+/// A folder for bad files.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder"))
+    }
+
+    fn write(&self, name: &str, content: &[u8]) -> PathBuf {
+        let path = self.0.path().join(name);
+        fs::write(&path, content).expect("room for a small file");
+        path
+    }
+}
+
+fn load(path: &Path) -> Result<Model, String> {
+    let spec = path.to_str().expect("a plain path").to_owned();
+    model::load(std::slice::from_ref(&spec), &Reading::new(&())).map_err(|error| {
+        let message = error.to_string();
+        assert!(!message.contains(char::is_control), "{message:?} is more than a line");
+        assert!(message.contains(&spec) && message.chars().count() < 1000 + spec.len(), "{message}");
+        message.replace(&spec, "FILE")
+    })
+}
+
+/// The message with which a file is refused.
+fn refused(path: &Path) -> String {
+    match load(path) {
+        Ok(model) => panic!("{} was read: {} surfaces", path.display(), model.scene.surfaces.len()),
+        Err(message) => message,
+    }
+}
+
+#[test]
+fn every_format_has_a_sample_that_is_read() {
+    let folder = Folder::new();
+    for format in FORMATS {
+        let samples: Vec<_> = SAMPLES.iter().filter(|s| s.format == format.name).collect();
+        assert!(!samples.is_empty(), "{} has no sample", format.name);
+        for sample in samples {
+            let path = folder.write(&format!("good.{}", sample.extension), sample.content);
+            let model = load(&path).unwrap_or_else(|message| panic!("{}: {message}", sample.format));
+            assert!(!model.scene.surfaces.is_empty());
+            assert_eq!(model.files[0].format, sample.format);
+        }
+    }
+}
+
+#[test]
+fn an_empty_file_a_folder_and_a_file_that_is_not_there_are_refused() {
+    let folder = Folder::new();
+    for sample in SAMPLES {
+        for content in [&b""[..], b"\n", b"\0\0\0\0"] {
+            let message = refused(&folder.write(&format!("empty.{}", sample.extension), content));
+            assert!(message.starts_with("FILE: "), "{}: {message}", sample.format);
+        }
+        let path = folder.0.path().join(format!("folder.{}", sample.extension));
+        fs::create_dir_all(&path).expect("a folder");
+        assert!(refused(&path).starts_with("cannot read FILE: is a directory"), "{}", refused(&path));
+        assert!(refused(&path.with_extension(format!("gone.{}", sample.extension))).contains("no file"));
+    }
+}
+
+#[test]
+fn a_file_cut_off_anywhere_is_refused_or_read_to_where_it_ends() {
+    const PARTS: usize = 16;
+    let folder = Folder::new();
+    for sample in SAMPLES {
+        for k in 1..PARTS {
+            let length = sample.content.len() * k / PARTS;
+            let path = folder.write(&format!("cut.{}", sample.extension), &sample.content[..length]);
+            match load(&path) {
+                Ok(model) => {
+                    assert!(!sample.has_end, "{}: {length} bytes were read as a whole", sample.format);
+                    assert!(!model.scene.surfaces.is_empty(), "{}: {length} bytes", sample.format);
+                }
+                Err(message) => assert!(message.starts_with("FILE: "), "{}: {message}", sample.format),
+            }
+        }
+    }
+}
+
+/// A file whose beginning is good, and of the rest of which there is nothing: a copy that broke off.
+#[test]
+fn a_gigabyte_that_was_cut_off_is_refused_without_holding_it() {
+    let folder = Folder::new();
+    for sample in SAMPLES {
+        let path = folder.0.path().join(format!("large.{}", sample.extension));
+        let mut file = File::create(&path).expect("a file");
+        file.write_all(&sample.content[..sample.content.len() * 3 / 4]).expect("room for a small file");
+        file.set_len(1 << 30).expect("a file with a hole");
+        MEMORY.reset_peak_usage();
+        let before = MEMORY.current_usage();
+        let message = refused(&path);
+        let taken = MEMORY.peak_usage().saturating_sub(before);
+        assert!(message.starts_with("FILE: "), "{}: {message}", sample.format);
+        assert!(taken < MOST_MEMORY, "{}: {taken} bytes to say {message}", sample.format);
+    }
+}
+
+/// Extension, what is replaced in the sample of it, by what, and the message.
+type Change = (&'static str, &'static str, &'static str, &'static str);
+
+/// One thing wrong in a good file.
+const CHANGES: &[Change] = &[
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, NaN, 0, 1]",
+        "FILE: surface 0: control_points[1][1][1]: expected value at line 3 column 72",
+    ),
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, 1e999, 0, 1]",
+        "FILE: surface 0: control_points[1][1][1]: number out of range at line 3 column 77",
+    ),
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, -Infinity, 0, 1]",
+        "FILE: surface 0: control_points[1][1][1]: invalid number at line 3 column 73",
+    ),
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, 1e51, 0, 1]",
+        "FILE: surface 0 has a coordinate of 1e51; scale the model so that none exceeds 1e50",
+    ),
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, 1, 0, 0]",
+        "FILE: surface 0: control_points[1][1]: has weight 0; weights must be positive and finite",
+    ),
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, 1, 0, -2]",
+        "FILE: surface 0: control_points[1][1]: has weight -2; weights must be positive and finite",
+    ),
+    (
+        "json",
+        "[1, 1, 0, 1]",
+        "[1, 1, 0]",
+        "FILE: surface 0: control_points[1][1]: invalid length 3, expected an array of length 4 at line 3 column 76",
+    ),
+    (
+        "json",
+        "[1, 1, 1]",
+        "[1, 1, 0]",
+        "FILE: surface 0: trim_loops[0][0].control_points[2]: has weight 0; weights must be positive and finite",
+    ),
+    (
+        "json",
+        "[1, 1, 1]",
+        "[1, 1, -1]",
+        "FILE: surface 0: trim_loops[0][0].control_points[2]: has weight -1; weights must be positive and finite",
+    ),
+    (
+        "json",
+        "[1, 1, 1]",
+        "[1, 2, 1]",
+        "FILE: surface 0: trim_loops[0][0]: trim loop 0: curve 0 reaches (1, 2), outside the surface's parameter range; clip it to the range",
+    ),
+    (
+        "json",
+        "[0, 0, 1, 1]",
+        "[0, 1, 0, 1]",
+        "FILE: surface 0: knots_u[2]: knot 2 is 0, less than knot 1 before it; sort the knots",
+    ),
+    (
+        "json",
+        "[0, 0, 1, 1]",
+        "[0, 0, 0, 0]",
+        "FILE: surface 0: knots_u: the domain is the single point 0 (knots 1 to 2); spread the knots",
+    ),
+    (
+        "json",
+        "[0, 0, 1, 1]",
+        "[0, 0, 1]",
+        "FILE: surface 0: knots_u: 3 knots are too few for degree 1; give at least 4 (control points + degree + 1)",
+    ),
+    (
+        "json",
+        "[0, 0, 1, 2, 3, 3]",
+        "[0, 0, 2, 1, 3, 3]",
+        "FILE: surface 0: trim_loops[0][0].knots[3]: knot 3 is 1, less than knot 2 before it; sort the knots",
+    ),
+    (
+        "json",
+        "[0, 0, 1, 2, 3, 3]",
+        "[0, 0, 1, 2, 3]",
+        "FILE: surface 0: trim_loops[0][0].control_points: has 4 points, but knots and degree ask for 3 (knots − degree − 1)",
+    ),
+    (
+        "json",
+        r#""degree_u": 1"#,
+        r#""degree_u": 1000000000"#,
+        "FILE: surface 0: degree_u: degree 1000000000 is not supported; use 1 to 9",
+    ),
+    (
+        "json",
+        r#""degree_u": 1"#,
+        r#""degree_u": -1"#,
+        "FILE: surface 0: degree_u: invalid value: integer `-1`, expected usize at line 2 column 18",
+    ),
+    (
+        "json",
+        r#""degree_u": 1"#,
+        r#""degree_u": 0"#,
+        "FILE: surface 0: degree_u: degree 0 is not supported; use 1 to 9",
+    ),
+    (
+        "json",
+        "[1, 1, 1], [0, 0, 1]",
+        "[1, 1, 1], [0, 0.5, 1]",
+        "FILE: surface 0: trim_loops[0][0]: trim loop 0: curve 0 ends at (0, 0.5), but the next one begins at (0, 0); make the curves meet end to end, and the last one the first",
+    ),
+    (
+        "json",
+        "[1.0, -1.6, 0.75]",
+        "[0, 0, 1]",
+        "FILE: view: the up vector is parallel to the view direction; choose another up",
+    ),
+    ("json", r#""surfaces""#, r#""faces""#, "FILE: missing field `surfaces` at line 6 column 93"),
+];
+
+#[test]
+fn one_thing_wrong_is_named_with_its_place() {
+    let folder = Folder::new();
+    let mut wrong = Vec::new();
+    for (extension, from, to, expected) in CHANGES {
+        let texts = SAMPLES.iter().filter(|s| s.extension == *extension).filter_map(|s| str::from_utf8(s.content).ok());
+        let text = texts.clone().find(|t| t.contains(from)).unwrap_or_else(|| panic!("no {extension} with {from}"));
+        let path = folder.write(&format!("bad.{extension}"), text.replacen(from, to, 1).as_bytes());
+        let message = refused(&path);
+        if message != *expected {
+            wrong.push(format!("\n.{extension}: {to} instead of {from}: {message:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.concat());
+}
+
+#[test]
+fn what_is_nested_a_million_deep_does_not_overflow_the_stack() {
+    let folder = Folder::new();
+    for (extension, before, each) in [("json", r#"{"surfaces": "#, "["), ("json", "", r#"{"a":"#)] {
+        let text = before.to_owned() + &each.repeat(1_000_000);
+        let message = refused(&folder.write(&format!("deep.{extension}"), text.as_bytes()));
+        assert!(message.starts_with("FILE: ") && message.contains("column"), "{message}");
+    }
+}
