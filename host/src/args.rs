@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::model::MESH_CREASE_DEGREES;
+
 /// Arguments of `penvis draw`.
 #[derive(Clone, Debug, Args)]
 pub struct DrawArgs {
-    /// Built-in models (`penvis info --list`) or surface JSON files; several are drawn as one scene
+    /// Built-in models (`penvis info --list`) or model files; several are drawn as one scene
     #[arg(required = true, value_name = "MODEL")]
     pub models: Vec<String>,
     /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times
@@ -68,6 +70,10 @@ pub struct DrawingArgs {
     /// Direction to the light as the viewer sees it: to the right, up, towards the viewer
     #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
     pub light: String,
+    /// Largest angle between two facets of a mesh that stand for one smooth surface; where they meet at a larger one there is a
+    /// crease
+    #[arg(long, value_name = "DEGREES", default_value_t = MESH_CREASE_DEGREES)]
+    pub crease_angle: f64,
     /// Width of the pen in mm: in SVG and PNG, and for --shade
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     pub pen_width: f64,

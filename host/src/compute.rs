@@ -46,7 +46,8 @@ pub(crate) fn place<'a>(options: &DrawingOptions, progress: &'a Progress) -> Res
     interrupt::watch();
     progress.stage("reading");
     let watch = ReadWatch { progress, started, limit: options.time_limit };
-    let model = model::load(&options.models, &Reading::new(&watch)).map_err(|e| watch.reason(e))?;
+    let reading = Reading::new(&watch).with_crease_angle(options.crease_angle);
+    let model = model::load(&options.models, &reading).map_err(|e| watch.reason(e))?;
     let view = options.view.resolve(model.view, &model.scene);
     let camera = view.camera()?;
     let read = started.elapsed().as_secs_f64();

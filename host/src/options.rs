@@ -15,7 +15,7 @@ use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::Format;
 use crate::isocurves::{self, Isocurves};
-use crate::model::{Projection, View};
+use crate::model::{MESH_CREASE_DEGREES, Projection, View};
 use crate::page::{self, DashPattern, Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
 
 /// Kinds that `--curves` knows.
@@ -187,6 +187,8 @@ pub struct DrawingOptions {
     pub isocurves: Isocurves,
     /// Direction to the light in the viewer's frame: right, up, towards the eye.
     pub light: DVec3,
+    /// Largest angle, in radians, between facets of a mesh that stand for one smooth surface.
+    pub crease_angle: f64,
     /// Width of the pen in mm.
     pub pen_width_mm: f64,
     /// What becomes of hidden curves.
@@ -221,6 +223,13 @@ impl DrawingOptions {
         Layout::room(page, margin_mm)?;
         if !(args.tolerance.is_finite() && args.tolerance > 0.0) {
             return Err(bad("--tolerance", args.tolerance, "is not a positive length in mm; 0.01 is a good one"));
+        }
+        if !(0.0..=180.0).contains(&args.crease_angle) {
+            return Err(bad(
+                "--crease-angle",
+                args.crease_angle,
+                format!("is not an angle from 0 to 180 degrees; {MESH_CREASE_DEGREES} is a good one"),
+            ));
         }
         if !(args.pen_width.is_finite() && args.pen_width > 0.0) {
             return Err(bad("--pen-width", args.pen_width, "is not a positive width in mm"));
@@ -263,6 +272,7 @@ impl DrawingOptions {
             curves,
             isocurves,
             light,
+            crease_angle: args.crease_angle.to_radians(),
             pen_width_mm: args.pen_width,
             hidden,
             depths,
@@ -462,6 +472,7 @@ mod tests {
         let names: Vec<_> = options.drawing.curves.iter().map(|kind| kind.name()).collect();
         assert_eq!(names, ["boundary", "crease", "silhouette", "iso"]);
         assert_eq!((options.drawing.isocurves, options.drawing.margin_mm), (Isocurves::Uniform(8), 15.0));
+        assert!((options.drawing.crease_angle - 30_f64.to_radians()).abs() < 1e-12);
         assert_eq!(options.drawing.page, Page { width_mm: 297.0, height_mm: 210.0 });
         assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, DEFAULT_HPGL));
         assert_eq!(options.estimated.name, device::DEFAULT);
@@ -524,6 +535,8 @@ mod tests {
             ("--paper a9", "--paper: there is no paper `a9`"),
             ("--margin 105", "leaves no room"),
             ("--margin nan", "--margin NaN: "),
+            ("--crease-angle 181", "--crease-angle 181: is not an angle from 0 to 180 degrees; 30"),
+            ("--crease-angle nan", "--crease-angle NaN: "),
             ("--pen-width 0", "--pen-width 0: "),
             ("-o b.png --render", "a.svg: --render paints pictures"),
             ("--device nobody", "there is no device `nobody`"),

@@ -14,7 +14,7 @@ use crate::model::{self, Model, Projection, Reading, View};
 /// Tells what models hold, or lists the built-in ones.
 #[derive(Clone, Debug, clap::Args)]
 pub struct InfoArgs {
-    /// Built-in models or surface JSON files; several are taken as one scene
+    /// Built-in models or model files; several are taken as one scene
     #[arg(required_unless_present = "list", value_name = "MODEL")]
     pub models: Vec<String>,
     /// List the built-in models

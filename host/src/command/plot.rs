@@ -38,7 +38,7 @@ const SIM_PEN_MM: f64 = 0.3;
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Built-in models (`penvis info --list`) or surface JSON files, several as one scene; or one file for a plotter: .gcode, .nc, .hpgl, .plt
+    /// Built-in models (`penvis info --list`) or model files, several as one scene; or one file for a plotter: .gcode, .nc, .hpgl, .plt
     #[arg(required = true, value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter

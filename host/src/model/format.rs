@@ -7,7 +7,7 @@ use std::path::Path;
 use super::fault::ReadError;
 use super::import::{Import, Reading};
 use super::source::Source;
-use super::surface_json;
+use super::{stl, surface_json};
 
 /// A format of model files.
 pub struct ModelFormat {
@@ -15,8 +15,8 @@ pub struct ModelFormat {
     pub name: &'static str,
     /// Extensions of its files, in small letters.
     pub extensions: &'static [&'static str],
-    /// Whether a file that begins so (64 KiB at most) is of this format; where several formats could be, no.
-    pub(super) looks_like: fn(head: &[u8]) -> bool,
+    /// Whether a file is of this format by its first bytes and its length; where several formats could be, no.
+    pub(super) looks_like: fn(&Source) -> bool,
     /// Reads a file.
     pub(super) read: fn(&mut Source, &Reading<'_>) -> Result<Import, ReadError>,
 }
@@ -36,12 +36,12 @@ impl ModelFormat {
 }
 
 /// The formats, in the order in which a file is held against them.
-pub const FORMATS: &[ModelFormat] = &[surface_json::FORMAT];
+pub const FORMATS: &[ModelFormat] = &[surface_json::FORMAT, stl::FORMAT];
 
 /// The format of a file: what it looks like inside, or else what its extension says.
 #[must_use]
 pub fn format_of(source: &Source, path: &Path) -> Option<&'static ModelFormat> {
-    let by_content = FORMATS.iter().find(|f| (f.looks_like)(source.head()));
+    let by_content = FORMATS.iter().find(|f| (f.looks_like)(source));
     by_content.or_else(|| FORMATS.iter().find(|f| f.has_extension(path)))
 }
 

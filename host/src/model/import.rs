@@ -73,6 +73,12 @@ impl<'a> Reading<'a> {
         Self { crease_angle: MESH_CREASE_DEGREES.to_radians(), watch }
     }
 
+    /// The same, but facets that meet at no more than this angle, in radians, stand for one smooth surface.
+    #[must_use]
+    pub fn with_crease_angle(self, crease_angle: f64) -> Self {
+        Self { crease_angle, ..self }
+    }
+
     /// Says that `done` of `total` parts are read.
     ///
     /// # Errors

@@ -4,8 +4,11 @@ mod fault;
 mod format;
 mod import;
 mod load;
+mod mesh;
 mod source;
+mod stl;
 mod surface_json;
+mod text;
 pub(crate) mod view;
 
 pub use fault::{Fault, ReadError};

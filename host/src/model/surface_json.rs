@@ -18,7 +18,7 @@ use super::view::{View, ViewJson};
 pub(super) const FORMAT: ModelFormat = ModelFormat {
     name: "surface JSON",
     extensions: &["json"],
-    looks_like: |head| head.trim_ascii_start().first() == Some(&b'{'),
+    looks_like: |source| source.head().trim_ascii_start().first() == Some(&b'{'),
     read: |source, _| {
         let stem = source.stem().to_owned();
         let (scene, view) = read(source.text()?, &stem)?;

@@ -1,0 +1,260 @@
+//! Polygon meshes, which readers fill and which become surfaces.
+//!
+//! A mesh in a file is a list of polygons that do not know of each other, or know by numbers that were rounded. Here it
+//! becomes one that does: corners that are one point are [welded](weld), facets without area and those that are there
+//! twice go, facets are turned to agree with their neighbours, and corners that lie on the edge of another facet part it
+//! ([topology]). What was done is counted in the report, with the largest distance by which a point was moved.
+//!
+//! Each facet becomes a [surface](surfaces) of its own, of degree 1 × 1. Facets that meet at exactly the same corners are
+//! joined by geometry; where they meet only to the precision of the file, both name the edge.
+
+mod on_edges;
+mod surfaces;
+#[cfg(test)]
+mod tests;
+mod topology;
+mod weld;
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+use penvis_core::scene::SceneSurface;
+
+use super::fault::{Fault, ReadError};
+use super::import::{Reading, Report};
+
+/// Most facets of a mesh. Each becomes a surface of about a kilobyte, and more of them than this leave no white between
+/// the lines on any sheet.
+pub(super) const MOST_FACETS: usize = 1 << 20;
+
+/// Most corners of all facets together.
+const MOST_CORNERS: usize = 8 * MOST_FACETS;
+
+/// How often readers say how far they are, in facets or lines.
+pub(super) const PROGRESS_STEP: usize = 1 << 14;
+
+/// How finely the coordinates of a file are known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Precision {
+    /// They are, or were before they were written, numbers of single precision.
+    Single,
+}
+
+impl Precision {
+    /// Distance within which two points whose coordinates are at most `largest` are one: that of two neighbours in the
+    /// grid of numbers, which is what rounding makes of one point that was computed twice.
+    fn tolerance(self, largest: f64) -> f64 {
+        let step = match self {
+            Self::Single => largest * f64::from(f32::EPSILON),
+        };
+        3_f64.sqrt() * step
+    }
+}
+
+/// A facet's corners as a range of the list of all, and where it stands in the file.
+#[derive(Clone, Copy, Debug)]
+struct Polygon {
+    first: u32,
+    count: u32,
+    /// Line or number of the facet, by which messages name it.
+    place: u32,
+    /// Index of the name of its part.
+    part: u32,
+}
+
+/// A polygon mesh as readers fill it.
+#[derive(Debug)]
+pub(super) struct Mesh {
+    /// What `place` of a facet counts: lines or triangles.
+    unit: &'static str,
+    points: Vec<DVec3>,
+    index: HashMap<[u64; 3], u32>,
+    corners: Vec<u32>,
+    polygons: Vec<Polygon>,
+    parts: Vec<String>,
+}
+
+impl Mesh {
+    /// A mesh without facets. Messages name a facet by `unit` and a number.
+    pub(super) fn new(unit: &'static str) -> Self {
+        Self {
+            unit,
+            points: Vec::new(),
+            index: HashMap::new(),
+            corners: Vec::new(),
+            polygons: Vec::new(),
+            parts: vec![String::new()],
+        }
+    }
+
+    /// Facets that follow belong to the part of this name; empty for none.
+    pub(super) fn begin_part(&mut self, name: &str) {
+        match self.parts.last() {
+            Some(last) if last == name => {}
+            _ => self.parts.push(name.to_owned()),
+        }
+    }
+
+    /// Index of the point, which is that of the same point if it was there before.
+    pub(super) fn point(&mut self, p: DVec3) -> u32 {
+        // The two zeros are one number.
+        let p = p + DVec3::ZERO;
+        let next = self.points.len() as u32;
+        let index = *self.index.entry(p.to_array().map(f64::to_bits)).or_insert(next);
+        if index == next {
+            self.points.push(p);
+        }
+        index
+    }
+
+    /// Adds a facet by the indices of its corners in order; it is the one at `place`, as messages say.
+    ///
+    /// # Errors
+    /// If there are more facets, or corners, than a drawing can be made of.
+    pub(super) fn facet(&mut self, corners: &[u32], place: usize) -> Result<(), Fault> {
+        let first = self.corners.len();
+        if self.polygons.len() == MOST_FACETS || first + corners.len() > MOST_CORNERS {
+            return Err(too_many());
+        }
+        self.corners.extend_from_slice(corners);
+        let part = self.parts.len() as u32 - 1;
+        let place = u32::try_from(place).unwrap_or(u32::MAX);
+        self.polygons.push(Polygon { first: first as u32, count: corners.len() as u32, place, part });
+        Ok(())
+    }
+
+    /// Number of facets so far.
+    pub(super) fn len(&self) -> usize {
+        self.polygons.len()
+    }
+
+    fn corners_of(&self, polygon: &Polygon) -> &[u32] {
+        &self.corners[polygon.first as usize..][..polygon.count as usize]
+    }
+
+    /// The facets as surfaces. What had to be put right for it is told in the report. Cost: O(n log n) in the corners.
+    ///
+    /// # Errors
+    /// If it is asked to stop.
+    pub(super) fn into_surfaces(
+        mut self,
+        precision: Precision,
+        reading: &Reading<'_>,
+        report: &mut Report,
+    ) -> Result<Vec<SceneSurface>, ReadError> {
+        self.index = HashMap::new();
+        let largest = self.points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        let tolerance = precision.tolerance(largest);
+        self.weld(tolerance, report);
+        self.clean(tolerance, report);
+        reading.progress(1, 3)?;
+        let topology = topology::Topology::of(&mut self, tolerance, report);
+        reading.progress(2, 3)?;
+        let surfaces = surfaces::surfaces(&self, &topology, reading, report)?;
+        reading.progress(3, 3)?;
+        Ok(surfaces)
+    }
+
+    /// Makes points nearer to each other than the tolerance one.
+    fn weld(&mut self, tolerance: f64, report: &mut Report) {
+        let welded = weld::weld(&self.points, tolerance);
+        if welded.moved > 0 {
+            let count = counted(welded.moved, "corner");
+            report.healed.push(format!("welded {count} to others, at most {:.1e} away", welded.farthest));
+        }
+        for corner in &mut self.corners {
+            *corner = welded.target[*corner as usize];
+        }
+    }
+
+    /// Drops facets without area, and those that are there twice.
+    fn clean(&mut self, tolerance: f64, report: &mut Report) {
+        let (mut flat, mut again) = (0, 0);
+        let mut seen: HashSet<Vec<u32>> = HashSet::with_capacity(self.polygons.len());
+        let mut corners = Vec::with_capacity(self.corners.len());
+        let mut polygons = Vec::with_capacity(self.polygons.len());
+        for polygon in &self.polygons {
+            let mut own = self.corners_of(polygon).to_vec();
+            own.dedup();
+            while own.len() > 1 && own.first() == own.last() {
+                own.pop();
+            }
+            if !has_area(own.iter().map(|&c| self.points[c as usize]), tolerance) {
+                flat += 1;
+                continue;
+            }
+            if !seen.insert(canonical(&own)) {
+                again += 1;
+                continue;
+            }
+            polygons.push(Polygon { first: corners.len() as u32, count: own.len() as u32, ..*polygon });
+            corners.extend(own);
+        }
+        (self.polygons, self.corners) = (polygons, corners);
+        if flat > 0 {
+            report.healed.push(format!("dropped {} without area", counted(flat, "facet")));
+        }
+        if again > 0 {
+            report.healed.push(format!("dropped {} there already", are(again, "facet")));
+        }
+    }
+}
+
+/// Twice the vector area of a polygon: along its normal, the fingers of the right hand curled along its corners. Relative
+/// to its first corner, so that a mesh far from the origin keeps its digits.
+fn vector_area(points: impl Iterator<Item = DVec3>) -> DVec3 {
+    let mut points = points;
+    let Some(origin) = points.next() else { return DVec3::ZERO };
+    let mut sum = DVec3::ZERO;
+    let mut before = DVec3::ZERO;
+    for p in points {
+        let here = p - origin;
+        sum += before.cross(here);
+        before = here;
+    }
+    sum
+}
+
+/// Whether a polygon is wider than the tolerance: a triangle's width is its least height.
+fn has_area(points: impl Iterator<Item = DVec3> + Clone, tolerance: f64) -> bool {
+    width(points) > tolerance
+}
+
+/// Twice the area of a polygon by the longest side of its box's diagonal; for triangles, by their longest side: the least
+/// height.
+fn width(points: impl Iterator<Item = DVec3> + Clone) -> f64 {
+    let corners: Vec<DVec3> = points.clone().take(4).collect();
+    let length = match corners.as_slice() {
+        &[a, b, c] => a.distance(b).max(b.distance(c)).max(c.distance(a)),
+        _ => {
+            let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
+            let high = points.clone().fold(DVec3::NEG_INFINITY, DVec3::max);
+            low.distance(high)
+        }
+    };
+    if length > 0.0 { vector_area(points).length() / length } else { 0.0 }
+}
+
+/// The corners from the least one on, towards the lesser of its neighbours: the same for every way to write one polygon.
+fn canonical(corners: &[u32]) -> Vec<u32> {
+    let n = corners.len();
+    let least = (0..n).min_by_key(|&k| corners[k]).unwrap_or(0);
+    let forward = corners[(least + 1) % n] <= corners[(least + n - 1) % n];
+    (0..n).map(|k| corners[if forward { least + k } else { least + n - k } % n]).collect()
+}
+
+/// "1 facet", "2 facets".
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// "1 facet that is", "2 facets that are".
+fn are(n: usize, what: &str) -> String {
+    format!("{} that {}", counted(n, what), if n == 1 { "is" } else { "are" })
+}
+
+fn too_many() -> Fault {
+    Fault::whole(format!(
+        "has more than {MOST_FACETS} facets or {MOST_CORNERS} corners; no pen can draw so many, so simplify the mesh"
+    ))
+}
