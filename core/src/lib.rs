@@ -11,6 +11,7 @@
 //! | [`nurbs`] | checked knot vectors, curves and surfaces |
 //! | [`shape`] | exact planes, quadrics, tori, ruled surfaces, extrusions, solids of revolution |
 //! | [`trim`] | which part of a surface there is |
+//! | [`pull_back`] | parameter curves of space curves on surfaces |
 //! | [`scene`] | the surfaces of a model |
 //! | [`view`] | camera, and homogeneous Bézier patches with the eye at z = +∞ |
 //! | [`mod@line`], [`trim_line`] | lines of constant u or v, and along trim curves |
@@ -54,6 +55,7 @@ mod grid;
 pub mod line;
 pub mod nurbs;
 pub mod pipeline;
+pub mod pull_back;
 pub mod render;
 pub mod scene;
 pub mod shape;

@@ -88,8 +88,14 @@ impl Curve {
     /// The point and the first and second derivative at `t`, one-sided at knots as [`derivative`](Self::derivative).
     #[must_use]
     pub fn derivatives(&self, t: f64) -> [DVec3; 3] {
+        self.derivatives_from(t, false)
+    }
+
+    /// As [`derivatives`](Self::derivatives), at a knot with those from `below` if that is asked for.
+    #[must_use]
+    pub fn derivatives_from(&self, t: f64, below: bool) -> [DVec3; 3] {
         let t = self.knots.clamp(t);
-        let k = self.knots.span(t);
+        let k = self.knots.span_from(t, below);
         de_boor::project(de_boor::jet(&self.knots, k, gather(self.degree(), k, |i| self.points[i]), t))
     }
 

@@ -132,6 +132,16 @@ impl KnotVector {
         knots.partition_point(|&k| k <= t) - 1
     }
 
+    /// As [`span`](Self::span), for a knot inside the domain the span `below` it if that is asked for.
+    pub(super) fn span_from(&self, t: f64, below: bool) -> usize {
+        let k = self.span(t);
+        if below && self.knots[k] == t && t > self.domain()[0] {
+            self.knots.partition_point(|&knot| knot < t) - 1
+        } else {
+            k
+        }
+    }
+
     /// `t`, or the nearer end of the domain.
     pub(super) fn clamp(&self, t: f64) -> f64 {
         let [start, end] = self.domain();
