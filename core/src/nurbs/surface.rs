@@ -136,8 +136,7 @@ impl Surface {
     #[must_use]
     pub fn jet_from(&self, u: f64, v: f64, below: [bool; 2]) -> SurfaceJet {
         let (u, v) = (self.knots_u.clamp(u), self.knots_v.clamp(v));
-        let (p, ku, kv) =
-            (self.degree_u(), self.knots_u.span_from(u, below[0]), self.knots_v.span_from(v, below[1]));
+        let (p, ku, kv) = (self.degree_u(), self.knots_u.span_from(u, below[0]), self.knots_v.span_from(v, below[1]));
         let mut columns: [Scratch; 3] = array::from_fn(|_| [DVec4::ZERO; MAX_DEGREE + 1]);
         for j in 0..=p {
             let jet = de_boor::jet(&self.knots_v, kv, self.row(ku - p + j, kv), v);

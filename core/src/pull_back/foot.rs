@@ -81,7 +81,9 @@ impl Sheet<'_> {
         let middle = 0.5 * (self.lo + self.hi);
         let mut best = Foot { uv: middle, distance: f64::INFINITY };
         let mut queue: BinaryHeap<Candidate> = BinaryHeap::with_capacity(self.cells.len());
-        queue.extend(self.cells.iter().enumerate().map(|(k, c)| Candidate { bound: c.distance(p), cell: Part::Whole(k) }));
+        queue.extend(
+            self.cells.iter().enumerate().map(|(k, c)| Candidate { bound: c.distance(p), cell: Part::Whole(k) }),
+        );
         for _ in 0..CELLS {
             let Some(Candidate { bound, cell }) = queue.pop() else { break };
             if best.distance <= enough || bound >= 0.99 * best.distance {

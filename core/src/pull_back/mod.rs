@@ -127,8 +127,7 @@ impl<'a> PullBack<'a> {
             return Ok(PulledBack { curves: alloc::vec![image], deviation: off, off });
         }
         let breaks = curve.knots().breaks();
-        let mut walk =
-            Walk { sheet: &self.sheet, curve, breaks: &breaks, tolerance: 0.5 * tolerance, limit, steps: 0 };
+        let mut walk = Walk { sheet: &self.sheet, curve, breaks: &breaks, tolerance: 0.5 * tolerance, limit, steps: 0 };
         let (mut curves, mut miss) = (Vec::new(), Miss::default());
         for part in self.parts(curve, tolerance)?.windows(2) {
             let (mut cubics, mut found) = self.followed(&mut walk, [part[0], part[1]])?;
@@ -178,9 +177,9 @@ impl<'a> PullBack<'a> {
             return Err(PullBackError::Off { at: at.to_array(), distance: foot.distance, limit: walk.limit });
         }
         let seed = Node { t, uv: foot.uv };
-        let knots = curve.knots();
-        let rough = |&&k: &&f64| from.t < k && k < to.t && k != t && knots.multiplicity(k) + 1 >= knots.degree();
-        let stops: Vec<Stop> = walk.breaks.iter().filter(rough).map(|&t| Stop { t, pole: None }).collect();
+        let knots = walk.breaks.windows(3).filter(|w| from.t < w[1] && w[1] < to.t && w[1] != t);
+        let rough = knots.filter(|w| is_rough(curve, [w[0], w[1], w[2]], walk.tolerance));
+        let stops: Vec<Stop> = rough.map(|w| Stop { t: w[1], pole: None }).collect();
         let middle = stops.partition_point(|s| s.t < t);
         let (mut before, mut after) = (Vec::new(), Vec::new());
         let backwards: Vec<Stop> = stops[..middle].iter().rev().copied().chain([from]).collect();
@@ -192,12 +191,7 @@ impl<'a> PullBack<'a> {
     }
 
     /// The straight line of constant u or v that the cubics are within the tolerance, with its distance from the curve.
-    fn straight(
-        &self,
-        walk: &Walk<'_>,
-        cubics: &[Cubic],
-        tolerance: f64,
-    ) -> Option<(Result<Curve, NurbsError>, Miss)> {
+    fn straight(&self, walk: &Walk<'_>, cubics: &[Cubic], tolerance: f64) -> Option<(Result<Curve, NurbsError>, Miss)> {
         let (first, last) = (cubics.first()?, cubics.last()?);
         let points = || cubics.iter().flat_map(|c| c.b);
         let (lo, hi) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), b| (lo.min(b), hi.max(b)));
@@ -236,6 +230,20 @@ impl<'a> PullBack<'a> {
             Some((knots.and_then(|k| Curve::new(k, ends.to_vec())), miss))
         })
     }
+}
+
+/// Whether the curve's derivatives jump at a knot, the middle one of the three, so that a cubic over it would be off by more
+/// than the tolerance. Across a jump of the first derivative the error is half of it times the parameter to the jump, at most
+/// an eighth of the jump times the length of the cubic; for the second derivative, a sixty-fourth times the length squared.
+fn is_rough(curve: &Curve, [before, knot, after]: [f64; 3], tolerance: f64) -> bool {
+    let knots = curve.knots();
+    if knots.multiplicity(knot) + 1 < knots.degree() {
+        return false;
+    }
+    let [_, a1, a2] = curve.derivatives_from(knot, true);
+    let [_, b1, b2] = curve.derivatives_from(knot, false);
+    let h = after - before;
+    (b1 - a1).length() * h > 8.0 * tolerance || (b2 - a2).length() * h * h > 64.0 * tolerance
 }
 
 /// The cubics as one B-spline curve: double knots where they join smoothly, triple ones elsewhere.

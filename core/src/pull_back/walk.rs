@@ -36,11 +36,7 @@ pub(super) struct Miss {
 
 impl Miss {
     pub(super) fn with(self, other: Self) -> Self {
-        Self {
-            along: self.along.max(other.along),
-            total: self.total.max(other.total),
-            off: self.off.max(other.off),
-        }
+        Self { along: self.along.max(other.along), total: self.total.max(other.total), off: self.off.max(other.off) }
     }
 }
 
@@ -101,7 +97,8 @@ impl Walk<'_> {
                             out.push(cubic);
                             miss = miss.with(found);
                             // The error of a cubic grows with the fourth power of its length.
-                            let growth = libm::sqrt(libm::sqrt(self.tolerance / found.along.max(1e-4 * self.tolerance)));
+                            let growth =
+                                libm::sqrt(libm::sqrt(self.tolerance / found.along.max(1e-4 * self.tolerance)));
                             reach = 0.9 * (node.t - here.t).abs() * growth.min(4.0);
                             here = node;
                             break;
@@ -142,18 +139,18 @@ impl Walk<'_> {
         }
         let guess = here.uv + guess;
         let [at, c1, c2] = self.curve.derivatives_from(t, ahead);
-        let mut end = if let Some(pole) = pole {
+        let (mut end, distance) = if let Some(pole) = pole {
             let secant = self.curve.eval(here.t) - at;
             let tangent = if ahead { -c1 } else { c1 };
             // A curve that stands still in its end has the direction of the secant, about.
             let leaving = if tangent.dot(secant) > 0.0 { tangent } else { secant };
-            Node { t, uv: pole.limit(self.sheet, here.uv, leaving) }
+            (Node { t, uv: pole.limit(self.sheet, here.uv, leaving) }, (pole.point - at).length())
         } else {
             let foot = self.sheet.foot_near(at, guess);
             if foot.distance > self.limit {
                 return Err(HOPELESS);
             }
-            Node { t, uv: foot.uv }
+            (Node { t, uv: foot.uv }, foot.distance)
         };
         let mut last = pole.map(|p| p.slope(self.sheet, end.uv, c1, c2));
         // Each line between is crossed where the walk comes to it first: then none is left.
@@ -171,7 +168,7 @@ impl Walk<'_> {
             Cubic { t: [end.t, here.t], b: [b[3], b[2], b[1], b[0]] }
         };
         let miss = self.miss(&cubic, self.tolerance)?;
-        Ok((cubic, end, miss))
+        Ok((cubic, end, miss.with(Miss { off: distance, total: distance, along: 0.0 })))
     }
 
     /// Where the image passes a line of constant u (`d` 0) or v between two nodes.
@@ -225,7 +222,7 @@ impl Walk<'_> {
             let place = if k % 2 == 0 { half - k / 2 } else { half + k / 2 };
             let s = place as f64 / count as f64;
             let at = self.sheet.wrapped(cubic.eval(s));
-            let e = self.curve.eval(t0 + s * (t1 - t0)) - self.sheet.surface.eval(at.x, at.y);
+            let e = self.nearby(t0 + s * (t1 - t0), cubic.t, self.sheet.surface.eval(at.x, at.y));
             let total = e.length();
             let along = if total * BETWEEN <= most { total } else { self.along(at, e) };
             if BETWEEN * along > most {
@@ -239,6 +236,31 @@ impl Walk<'_> {
         Ok(miss)
     }
 
+    /// The difference from `p` to the point of the curve nearest to it that is near `t`: what counts is the image, not when
+    /// it is where. By two steps of Gauss–Newton from the point at `t`, as long as they are short and lead nearer.
+    fn nearby(&self, t: f64, [t0, t1]: [f64; 2], p: DVec3) -> DVec3 {
+        let [mut at, mut slope, _] = self.curve.derivatives(t);
+        let mut now = t;
+        for _ in 0..2 {
+            let e = at - p;
+            let along = e.dot(slope);
+            if along.abs() <= 0.1 * e.length() * slope.length() {
+                break;
+            }
+            let next = now - along / slope.length_squared();
+            // A quarter of the way at most, so that no point is near two that are far apart.
+            if (next - t).abs() > 0.25 * (t - t0).min(t1 - t) {
+                break;
+            }
+            let [there, turned, _] = self.curve.derivatives(next);
+            if (there - p).length_squared() >= e.length_squared() {
+                break;
+            }
+            (now, at, slope) = (next, there, turned);
+        }
+        at - p
+    }
+
     /// The part of a difference at a point of the surface that is along it, and leads to another point of it.
     fn along(&self, at: DVec2, e: DVec3) -> f64 {
         let jet = self.sheet.jet(at);
@@ -246,7 +268,9 @@ impl Walk<'_> {
         let mut e = e - n * n.dot(e);
         for (d, [out, border]) in [[jet.du, jet.dv], [jet.dv, jet.du]].into_iter().enumerate() {
             // Across the border: beyond it there is nothing, and what leads there counts as off.
-            let Some(out) = (out - border * (out.dot(border) / border.length_squared())).try_normalize() else { continue };
+            let Some(out) = (out - border * (out.dot(border) / border.length_squared())).try_normalize() else {
+                continue;
+            };
             let beyond = e.dot(out);
             if self.sheet.leaves(d, at[d], beyond) {
                 e -= out * beyond;
