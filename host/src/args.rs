@@ -4,12 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::model::MESH_CREASE_DEGREES;
-
 /// Arguments of `penvis draw`.
 #[derive(Clone, Debug, Args)]
 pub struct DrawArgs {
-    /// Built-in models (`penvis info --list`) or model files; several are drawn as one scene
+    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`); several are drawn as one scene
     #[arg(required = true, value_name = "MODEL")]
     pub models: Vec<String>,
     /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times
@@ -44,9 +42,11 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "DEGREES")]
     pub perspective: Option<f64>,
     /// Curves to ink, of boundary, crease, silhouette, iso, smooth (joins), intersection (of surfaces)
-    #[arg(long, value_name = "KINDS", default_value = "boundary,crease,silhouette,iso")]
-    pub curves: String,
-    /// Isocurves in each direction of a surface, equally far apart in its parameter [default: 8]
+    /// [default: the scene's, or boundary,crease,silhouette,iso]
+    #[arg(long, value_name = "KINDS")]
+    pub curves: Option<String>,
+    /// Isocurves in each direction of a surface, equally far apart in its parameter [default: the
+    /// scene's, or 8]
     #[arg(long, value_name = "N", conflicts_with_all = ["iso_spacing", "shade"])]
     pub iso: Option<u32>,
     /// Isocurves instead that are no farther apart than this on the paper, in mm, and end where they have come near enough
@@ -71,13 +71,14 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
     pub light: String,
     /// Largest angle between two facets of a mesh that stand for one smooth surface; where they meet at a larger one there is a
-    /// crease
-    #[arg(long, value_name = "DEGREES", default_value_t = MESH_CREASE_DEGREES)]
-    pub crease_angle: f64,
+    /// crease [default: the scene's, or 30]
+    #[arg(long, value_name = "DEGREES")]
+    pub crease_angle: Option<f64>,
     /// Width of the pen in mm: in SVG and PNG, and for --shade
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     pub pen_width: f64,
-    /// What becomes of hidden curves: omit, dashed, or layer (in full, with pen 2) [default: omit, or layer with --qi]
+    /// What becomes of hidden curves: omit, dashed, or layer (in full, with the next pen) [default: the scene's, or omit, or
+    /// layer with --qi]
     #[arg(long, value_name = "HOW")]
     pub hidden: Option<String>,
     /// Draw what has up to N sheets of surface in front of it, each number of sheets on a layer and with a pen of its own,
@@ -94,16 +95,16 @@ pub struct DrawingArgs {
     /// Largest distance in mm between a curve and its polyline
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     pub tolerance: f64,
-    /// Sheet: a5, a4, a3, a2, letter, legal, or a size such as 200x150mm
-    #[arg(long, value_name = "PAPER", default_value = "a4")]
-    pub paper: String,
+    /// Sheet: a5, a4, a3, a2, letter, legal, or a size such as 200x150mm [default: the scene's, or a4]
+    #[arg(long, value_name = "PAPER")]
+    pub paper: Option<String>,
     /// Long side of the sheet from left to right; the way named sheets lie by default
     #[arg(long)]
     pub landscape: bool,
     /// Long side of the sheet from bottom to top
     #[arg(long, conflicts_with = "landscape")]
     pub portrait: bool,
-    /// Margin on all sides in mm [default: 15, or a tenth of the shorter side if that is less]
+    /// Margin on all sides in mm [default: the scene's, or 15, or a tenth of the shorter side if that is less]
     #[arg(long, value_name = "MM")]
     pub margin: Option<f64>,
 }

@@ -3,18 +3,16 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{self, Monitor, PictureError, Prepared, Stage};
-use penvis_core::stroke::CurveKind;
 
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, Page};
 use crate::error::Error;
 use crate::interrupt;
-use crate::isocurves::Isocurves;
-use crate::model::{self, ModelError, Reading, View};
+use crate::model::{self, Model, ModelError, Reading, View};
 use crate::options::DrawingOptions;
 use crate::page::{self, Hatching, Layout};
 use crate::progress::Progress;
+use crate::settle::Settled;
 use crate::stats::Seconds;
 
 /// A drawing with what is known about its making.
@@ -30,39 +28,68 @@ pub struct Computed {
     pub seconds: Seconds,
 }
 
+/// A model that has been read, and what is settled about its drawing.
+pub struct Loaded<'a> {
+    options: &'a DrawingOptions,
+    progress: &'a Progress,
+    started: Instant,
+    /// Time that reading took in s.
+    read: f64,
+    model: Model,
+    settled: Settled,
+}
+
+impl Loaded<'_> {
+    /// The sheet.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        self.settled.page
+    }
+}
+
 /// A model on its page, with the curves of interest found and nothing decided yet.
 pub(crate) struct Placed<'a> {
     pub(crate) name: String,
     pub(crate) view: View,
     pub(crate) prepared: Prepared,
     pub(crate) layout: Layout,
+    pub(crate) settled: Settled,
     pub(crate) watch: Watch<'a>,
 }
 
-/// Reads the models, and finds what the picture's extent depends on, so that everything made of them lies on the page in
-/// the same place.
-pub(crate) fn place<'a>(options: &DrawingOptions, progress: &'a Progress) -> Result<Placed<'a>, Error> {
+/// Reads the models.
+///
+/// # Errors
+/// If one cannot be read, there is no such sheet, its margins leave nothing of it, or Ctrl-C or the time limit ends it.
+pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<Loaded<'a>, Error> {
     let started = Instant::now();
     interrupt::watch();
     progress.stage("reading");
     let watch = ReadWatch { progress, started, limit: options.time_limit };
-    let reading = Reading::new(&watch).with_crease_angle(options.crease_angle);
+    let reading = match options.crease_angle {
+        Some(angle) => Reading::new(&watch).with_crease_angle(angle),
+        None => Reading::new(&watch),
+    };
     let model = model::load(&options.models, &reading).map_err(|e| watch.reason(e))?;
+    let settled = Settled::new(options, &model)?;
+    Ok(Loaded { options, progress, started, read: started.elapsed().as_secs_f64(), model, settled })
+}
+
+/// Finds what the picture's extent depends on, so that everything made of it lies on the page in the same place.
+pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
+    let Loaded { options, progress, started, read, model, settled } = loaded;
     let view = options.view.resolve(model.view, &model.scene);
     let camera = view.camera()?;
-    let read = started.elapsed().as_secs_f64();
-
     let wanted = pipeline::DrawOptions {
-        curves: curve_set(options),
-        isos: options.isocurves.uniform(),
-        deepest: options.deepest,
+        deepest: settled.deepest,
         visibility: options.visibility,
         ..pipeline::DrawOptions::default()
     };
     let watch = Watch::new(progress, started, options.time_limit, read);
-    let prepared = Prepared::new(&model.scene, &camera, &wanted, &watch).map_err(|e| watch.reason(e))?;
-    let layout = Layout::fit(prepared.extent(), options.page, options.margin_mm)?;
-    Ok(Placed { name: model.scene.name, view, prepared, layout, watch })
+    let prepared = Prepared::styled(&model.scene, &camera, &wanted, settled.styles.clone(), &watch)
+        .map_err(|e| watch.reason(e))?;
+    let layout = Layout::fit(prepared.extent(), settled.page, settled.margin_mm)?;
+    Ok(Placed { name: model.scene.name, view, prepared, layout, settled, watch })
 }
 
 /// Computes the drawing.
@@ -71,11 +98,12 @@ pub(crate) fn place<'a>(options: &DrawingOptions, progress: &'a Progress) -> Res
 /// and the scale from the extent of the picture.
 ///
 /// # Errors
-/// If a model cannot be read, the view does not exist or does not see all of the model, the picture cannot be scaled, or
-/// Ctrl-C or the time limit ends it.
-pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed, Error> {
-    let Placed { name, view, mut prepared, layout, watch } = place(options, progress)?;
-    if let Isocurves::Adaptive(adaptive) = &options.isocurves {
+/// If the view does not exist or does not see all of the model, the picture cannot be scaled, or Ctrl-C or the time limit
+/// ends it.
+pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
+    let (options, progress) = (loaded.options, loaded.progress);
+    let Placed { name, view, mut prepared, layout, settled, watch } = place(loaded)?;
+    if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
     let tolerance = layout.to_screen_length(options.tolerance_mm);
@@ -84,26 +112,11 @@ pub fn compute(options: &DrawingOptions, progress: &Progress) -> Result<Computed
 
     progress.stage("ordering");
     let started = Instant::now();
-    let hatching = match options.isocurves {
-        Isocurves::Adaptive(a) => Some(Hatching { levels: a.levels, pen_width_mm: options.pen_width_mm }),
-        _ => None,
-    };
-    let polylines = page::lay_out(&traced.strokes, &layout, options.hidden, options.depths, hatching);
+    let hatching = settled.adaptive.map(|a| Hatching { levels: a.levels, pen_width_mm: options.pen_width_mm });
+    let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, hatching);
     seconds.page = started.elapsed().as_secs_f64();
-    let drawing = Drawing { name, page: options.page, isos: options.isocurves.uniform(), polylines };
+    let drawing = Drawing { name, page: settled.page, isos: settled.isos, polylines };
     Ok(Computed { drawing, view, stats: traced.stats, seconds })
-}
-
-fn curve_set(options: &DrawingOptions) -> CurveSet {
-    let has = |kind| options.curves.contains(&kind);
-    CurveSet {
-        boundary: has(CurveKind::Boundary),
-        crease: has(CurveKind::Crease),
-        silhouette: has(CurveKind::Silhouette),
-        iso: has(CurveKind::Iso),
-        smooth: has(CurveKind::Smooth),
-        section: has(CurveKind::Section),
-    }
 }
 
 /// Shows how much is read, and stops reading at Ctrl-C or when the time is over.

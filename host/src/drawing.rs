@@ -44,7 +44,7 @@ pub struct Drawing {
     pub name: String,
     /// The sheet.
     pub page: Page,
-    /// Isocurves a direction; 0 for none.
+    /// Isocurves a direction, if they are as many on all surfaces; 0 for none.
     pub isos: u32,
     /// In drawing order. Hidden ones are here only when they are wanted on the paper.
     pub polylines: Vec<Polyline>,

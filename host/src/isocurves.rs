@@ -6,12 +6,10 @@ use penvis_core::extract::adaptive::{AdaptiveOptions, Direction, Spacing, Tone};
 use crate::args::DrawingArgs;
 use crate::options::{OptionError, bad, direction};
 use crate::page::Layout;
-
-/// Most isocurves a direction. More would not be told apart on paper.
-const MOST: u32 = 1000;
+use crate::style::MOST_ISOS;
 
 /// Isocurves a direction when nothing is asked for.
-const DEFAULT: u32 = 8;
+pub(crate) const DEFAULT_ISOS: u32 = 8;
 
 /// Smallest spacing in mm: a tenth of what the finest pens draw.
 const FINEST_MM: f64 = 0.01;
@@ -24,11 +22,9 @@ const MOST_LEVELS: u32 = 16;
 const SHORTEST: f64 = 0.25;
 const SHORTEST_SHADED: f64 = 2.0;
 
-/// The isocurves of a drawing.
+/// The isocurves that are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Isocurves {
-    /// None.
-    Omitted,
     /// So many a direction and surface, equally far apart in the parameter.
     Uniform(u32),
     /// Adaptive ones.
@@ -51,28 +47,16 @@ pub struct Adaptive {
 }
 
 impl Isocurves {
-    /// Checks the arguments; `inked` tells whether isocurves are among the kinds to be drawn.
+    /// Checks the arguments; none if they ask for nothing.
     ///
     /// # Errors
     /// [`OptionError`] with the option and what it takes.
-    pub fn new(args: &DrawingArgs, light: DVec3, inked: bool) -> Result<Self, OptionError> {
-        let count = args.iso.unwrap_or(DEFAULT);
-        if count > MOST {
-            return Err(bad("--iso", count, format!("is too many; give {MOST} at most")));
+    pub fn new(args: &DrawingArgs, light: DVec3) -> Result<Option<Self>, OptionError> {
+        if let Some(count) = args.iso.filter(|&count| count > MOST_ISOS) {
+            return Err(bad("--iso", count, format!("is too many; give {MOST_ISOS} at most")));
         }
-        let adaptive = Adaptive::new(args, light)?;
-        Ok(match adaptive {
-            _ if !inked => Self::Omitted,
-            Some(adaptive) => Self::Adaptive(adaptive),
-            None if count == 0 => Self::Omitted,
-            None => Self::Uniform(count),
-        })
-    }
-
-    /// Uniform isocurves a direction; 0 for none and for adaptive ones.
-    #[must_use]
-    pub fn uniform(&self) -> u32 {
-        if let Self::Uniform(n) = self { *n } else { 0 }
+        let adaptive = Adaptive::new(args, light)?.map(Self::Adaptive);
+        Ok(adaptive.or(args.iso.map(Self::Uniform)))
     }
 }
 

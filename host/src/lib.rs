@@ -3,6 +3,7 @@
 //! | module | does |
 //! |---|---|
 //! | [`cli`], [`options`], [`isocurves`] | the command line as typed, and what it means |
+//! | [`style`], [`settle`] | what scenes and the command line ask for, and what comes of it |
 //! | [`command`] | one module for each subcommand |
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
@@ -30,6 +31,8 @@ pub mod page;
 pub mod progress;
 pub mod protocol;
 pub mod render;
+pub mod settle;
 pub mod sim;
 pub mod stats;
 pub mod stream;
+pub mod style;

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use glam::DVec3;
-use penvis_core::scene::Scene;
-use penvis_core::stroke::CurveKind;
 use penvis_core::visibility::Method;
 use thiserror::Error;
 
@@ -15,33 +13,12 @@ use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::Format;
 use crate::isocurves::{self, Isocurves};
-use crate::model::{MESH_CREASE_DEGREES, Projection, View};
-use crate::page::{self, DashPattern, Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
-
-/// Kinds that `--curves` knows.
-const KINDS: [(&str, CurveKind); 6] = [
-    ("boundary", CurveKind::Boundary),
-    ("crease", CurveKind::Crease),
-    ("silhouette", CurveKind::Silhouette),
-    ("iso", CurveKind::Iso),
-    ("smooth", CurveKind::Smooth),
-    ("intersection", CurveKind::Section),
-];
+use crate::model::{MESH_CREASE_DEGREES, ViewChoice, aim};
+use crate::page::{Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
+use crate::style::{self, SheetChoice, StyleChoice};
 
 /// Device that HPGL is written for when none is asked for.
 const DEFAULT_HPGL: &str = "hp7475a";
-
-/// Views by name: direction to the eye, and up.
-const VIEWS: [(&str, DVec3, DVec3); 7] = [
-    ("front", DVec3::NEG_Y, DVec3::Z),
-    ("back", DVec3::Y, DVec3::Z),
-    ("left", DVec3::NEG_X, DVec3::Z),
-    ("right", DVec3::X, DVec3::Z),
-    // x stays to the right in both.
-    ("top", DVec3::Z, DVec3::Y),
-    ("bottom", DVec3::NEG_Z, DVec3::NEG_Y),
-    ("iso", View::ISOMETRIC.eye_direction, DVec3::Z),
-];
 
 /// Why the command line makes no sense.
 #[derive(Debug, Error)]
@@ -89,81 +66,24 @@ pub(crate) fn bad(option: &'static str, value: impl ToString, problem: impl Into
     OptionError::Value { option, value: value.to_string(), problem: problem.into() }
 }
 
-/// What is asked of the view; the model's own fills what is left open.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ViewChoice {
-    /// Direction to the eye and the up that goes with it.
-    direction: Option<(DVec3, DVec3)>,
-    up: Option<DVec3>,
-    /// Angle in radians that the model's bounding sphere fills.
-    angle: Option<f64>,
-}
-
-impl ViewChoice {
-    fn new(args: &DrawingArgs) -> Result<Self, OptionError> {
-        let up = args.up.as_deref().map(|text| direction("--up", text)).transpose()?;
-        let direction = args.view.as_deref().map(named_view).transpose()?;
-        let angle = match args.perspective {
-            Some(degrees) if !(degrees > 0.0 && degrees < 180.0) => {
-                return Err(bad(
-                    "--perspective",
-                    degrees,
-                    "is not an angle between 0 and 180 degrees; 30 is a good one",
-                ));
-            }
-            degrees => degrees.map(f64::to_radians),
-        };
-        Ok(Self { direction, up, angle })
-    }
-
-    /// The view of a scene that is stored with `stored`, if with any.
-    ///
-    /// A perspective places the eye so that the bounding sphere of the control points fills its angle.
-    #[must_use]
-    pub fn resolve(&self, stored: Option<View>, scene: &Scene) -> View {
-        let mut view = match self.direction {
-            Some((eye_direction, up)) => View { up, ..View::orthographic(eye_direction) },
-            None => stored.unwrap_or(View::ISOMETRIC),
-        };
-        if let Some(up) = self.up {
-            view.up = up;
+fn view_choice(args: &DrawingArgs) -> Result<ViewChoice, OptionError> {
+    let up = args.up.as_deref().map(|text| direction("--up", text)).transpose()?;
+    let direction = args.view.as_deref().map(named_view).transpose()?;
+    let angle = match args.perspective {
+        Some(degrees) if !(degrees > 0.0 && degrees < 180.0) => {
+            return Err(bad("--perspective", degrees, "is not an angle between 0 and 180 degrees; 30 is a good one"));
         }
-        if let Some(angle) = self.angle {
-            let towards_eye = match view.projection {
-                Projection::Orthographic => view.eye_direction,
-                Projection::Perspective { eye, target } => eye - target,
-            };
-            let (target, radius) = bounding_sphere(scene);
-            let eye = target + towards_eye.normalize_or_zero() * (radius / (angle / 2.0).sin());
-            view = View { up: view.up, ..View::perspective(eye, target) };
-        }
-        view
-    }
-}
-
-/// A sphere round all control points, and so round the surfaces: the middle of their box, and the largest distance from it.
-fn bounding_sphere(scene: &Scene) -> (DVec3, f64) {
-    let points = || scene.surfaces.iter().flat_map(|s| s.surface.homogeneous()).map(|h| h.truncate() / h.w);
-    let low = points().fold(DVec3::INFINITY, DVec3::min);
-    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-    if low.cmpgt(high).any() {
-        return (DVec3::ZERO, 1.0);
-    }
-    let middle = low + (high - low) / 2.0;
-    let radius = points().map(|p| p.distance(middle)).fold(0.0, f64::max);
-    (middle, if radius > 0.0 { radius } else { 1.0 })
+        degrees => degrees.map(f64::to_radians),
+    };
+    Ok(ViewChoice { direction, up, angle })
 }
 
 fn named_view(text: &str) -> Result<(DVec3, DVec3), OptionError> {
-    if let Some((_, eye, up)) = VIEWS.iter().find(|view| view.0.eq_ignore_ascii_case(text.trim())) {
-        return Ok((*eye, *up));
+    if let Some(view) = aim::named(text) {
+        return Ok(view);
     }
-    let names = || VIEWS.map(|view| view.0).join(", ");
-    let eye = direction("--view", text)
-        .map_err(|_| bad("--view", text, format!("is neither a direction X,Y,Z nor one of {}", names())))?;
-    // From above or below there is no upwards along z.
-    let up = if eye.x == 0.0 && eye.y == 0.0 { DVec3::Y } else { DVec3::Z };
-    Ok((eye, up))
+    let neither = || bad("--view", text, format!("is neither a direction X,Y,Z nor one of {}", aim::names()));
+    direction("--view", text).map(aim::with_up).map_err(|_| neither())
 }
 
 pub(crate) fn direction(option: &'static str, text: &str) -> Result<DVec3, OptionError> {
@@ -174,28 +94,26 @@ pub(crate) fn direction(option: &'static str, text: &str) -> Result<DVec3, Optio
     }
 }
 
-/// What is drawn, and on which paper.
+/// What is drawn, and on which paper, as far as the command line says; [`Settled`](crate::settle::Settled) is the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawingOptions {
     /// Names and paths of models, at least one.
     pub models: Vec<String>,
     /// From where.
     pub view: ViewChoice,
-    /// The kinds that are inked.
-    pub curves: BTreeSet<CurveKind>,
+    /// The kinds that are inked, and what becomes of hidden curves.
+    pub style: StyleChoice,
     /// Isocurves.
-    pub isocurves: Isocurves,
+    pub isocurves: Option<Isocurves>,
     /// Direction to the light in the viewer's frame: right, up, towards the eye.
     pub light: DVec3,
     /// Largest angle, in radians, between facets of a mesh that stand for one smooth surface.
-    pub crease_angle: f64,
+    pub crease_angle: Option<f64>,
     /// Width of the pen in mm.
     pub pen_width_mm: f64,
-    /// What becomes of hidden curves.
-    pub hidden: Hidden,
     /// Whether hidden curves are told apart by the number of sheets in front of them.
     pub depths: Depths,
-    /// Most sheets in front of what is drawn.
+    /// Most sheets in front of what is drawn, if anything hidden is.
     pub deepest: u32,
     /// Time after which to give up.
     pub time_limit: Option<Duration>,
@@ -203,10 +121,8 @@ pub struct DrawingOptions {
     pub visibility: Method,
     /// Largest distance in mm between a curve and its polyline.
     pub tolerance_mm: f64,
-    /// The sheet.
-    pub page: Page,
-    /// Margin on all sides in mm.
-    pub margin_mm: f64,
+    /// The sheet and its margins.
+    pub sheet: SheetChoice,
 }
 
 impl DrawingOptions {
@@ -215,44 +131,42 @@ impl DrawingOptions {
     /// # Errors
     /// [`OptionError`] with the option and what it takes.
     pub fn new(models: &[String], args: &DrawingArgs) -> Result<Self, OptionError> {
-        let page = page::sheet(&args.paper, orientation(args))?;
-        let margin_mm = args.margin.unwrap_or_else(|| page::default_margin_mm(page));
-        if !(margin_mm.is_finite() && margin_mm >= 0.0) {
+        let sheet = SheetChoice { paper: args.paper.clone(), orientation: orientation(args), margin_mm: args.margin };
+        if let Some(margin_mm) = args.margin
+            && !(margin_mm.is_finite() && margin_mm >= 0.0)
+        {
             return Err(bad("--margin", margin_mm, "is not a length in mm; give 0 or more"));
         }
-        Layout::room(page, margin_mm)?;
+        let (page, margin_mm) = sheet.settle()?;
+        if sheet.paper.is_some() {
+            Layout::room(page, margin_mm)?;
+        }
         if !(args.tolerance.is_finite() && args.tolerance > 0.0) {
             return Err(bad("--tolerance", args.tolerance, "is not a positive length in mm; 0.01 is a good one"));
         }
-        if !(0.0..=180.0).contains(&args.crease_angle) {
-            return Err(bad(
-                "--crease-angle",
-                args.crease_angle,
-                format!("is not an angle from 0 to 180 degrees; {MESH_CREASE_DEGREES} is a good one"),
-            ));
+        if let Some(angle) = args.crease_angle.filter(|angle| !(0.0..=180.0).contains(angle)) {
+            let problem = format!("is not an angle from 0 to 180 degrees; {MESH_CREASE_DEGREES} is a good one");
+            return Err(bad("--crease-angle", angle, problem));
         }
         if !(args.pen_width.is_finite() && args.pen_width > 0.0) {
             return Err(bad("--pen-width", args.pen_width, "is not a positive width in mm"));
         }
-        let mut curves = kinds(&args.curves)?;
+        let curves = args
+            .curves
+            .as_deref()
+            .map(|text| style::kinds(text.split(',').map(str::trim)).map_err(|problem| bad("--curves", text, problem)));
         let light = isocurves::light(args)?;
-        let isocurves = Isocurves::new(args, light, curves.contains(&CurveKind::Iso))?;
-        if isocurves == Isocurves::Omitted {
-            curves.remove(&CurveKind::Iso);
+        let isocurves = Isocurves::new(args, light)?;
+        let hidden = args
+            .hidden
+            .as_deref()
+            .map(|word| style::hidden(word).map_err(|problem| bad("--hidden", word, problem)))
+            .transpose()?;
+        if hidden == Some(Hidden::Omit) && args.qi.is_some_and(|n| n > 0) {
+            return Err(bad("--hidden", "omit", "leaves nothing to --qi; give dashed or layer, or --qi 0"));
         }
         let deepest = args.qi.unwrap_or(u32::MAX);
         let depths = if args.qi.is_some() { Depths::Apart } else { Depths::Together };
-        let hidden = match args.hidden.as_deref() {
-            None if args.qi.is_some_and(|n| n > 0) => Hidden::Layer,
-            Some("omit") if args.qi.is_some_and(|n| n > 0) => {
-                return Err(bad("--hidden", "omit", "leaves nothing to --qi; give dashed or layer, or --qi 0"));
-            }
-            None | Some("omit") => Hidden::Omit,
-            Some("dashed") => Hidden::Dashed(DashPattern::default()),
-            Some("layer") => Hidden::Layer,
-            Some(other) => return Err(bad("--hidden", other, "is not one of omit, dashed, layer")),
-        };
-        let deepest = if hidden == Hidden::Omit { 0 } else { deepest };
         let time_limit = match args.time_limit {
             Some(s) => match Duration::try_from_secs_f64(s) {
                 Ok(limit) if s > 0.0 => Some(limit),
@@ -265,24 +179,33 @@ impl DrawingOptions {
             "propagate" => Method::Propagate,
             other => return Err(bad("--visibility", other, "is not one of rays, propagate")),
         };
-        let (models, view) = (models.to_vec(), ViewChoice::new(args)?);
+        let style = StyleChoice { curves: curves.transpose()?, hidden, ..StyleChoice::default() };
         Ok(Self {
-            models,
-            view,
-            curves,
+            models: models.to_vec(),
+            view: view_choice(args)?,
+            style,
             isocurves,
             light,
-            crease_angle: args.crease_angle.to_radians(),
+            crease_angle: args.crease_angle.map(f64::to_radians),
             pen_width_mm: args.pen_width,
-            hidden,
             depths,
             deepest,
             visibility,
             time_limit,
             tolerance_mm: args.tolerance,
-            page,
-            margin_mm,
+            sheet,
         })
+    }
+
+    /// Whether hidden curves are asked for by the number of sheets in front of them.
+    pub(crate) fn tells_depths(&self) -> bool {
+        self.depths == Depths::Apart && self.deepest > 0
+    }
+
+    /// The sheet, if no model can choose another one.
+    pub(crate) fn stated_page(&self) -> Option<Page> {
+        self.sheet.paper.as_ref()?;
+        self.sheet.settle().ok().map(|(page, _)| page)
     }
 }
 
@@ -292,20 +215,6 @@ fn orientation(args: &DrawingArgs) -> Option<Orientation> {
         (true, _) => Some(Orientation::Landscape),
         _ => None,
     }
-}
-
-fn kinds(text: &str) -> Result<BTreeSet<CurveKind>, OptionError> {
-    let mut kinds = BTreeSet::new();
-    for word in text.split(',').map(str::trim) {
-        // The curves along trims are boundaries of the trimmed surface.
-        let word = if word == "trim" { "boundary" } else { word };
-        let known = KINDS.into_iter().find(|(name, kind)| *name == word || kind.name() == word);
-        let (_, kind) = known.ok_or_else(|| {
-            bad("--curves", text, format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))
-        })?;
-        kinds.insert(kind);
-    }
-    Ok(kinds)
 }
 
 /// A file to be written.
@@ -373,12 +282,30 @@ impl DrawOptions {
                     format!("does not speak the language of {}; leave it out for a common one", output.path.display());
                 return Err(bad("--device", name, problem));
             }
-            device.place(drawing.page)?;
         }
         let only_hpgl =
             outputs.iter().any(|o| o.format == Format::Hpgl) && outputs.iter().all(|o| o.format != Format::Gcode);
         let estimated = asked.unwrap_or_else(|| if only_hpgl { hpgl.clone() } else { gcode.clone() });
-        Ok(Self { drawing, outputs, gcode, hpgl, estimated, stats: args.stats.clone(), render: args.render })
+        let options = Self { drawing, outputs, gcode, hpgl, estimated, stats: args.stats.clone(), render: args.render };
+        if let Some(page) = options.drawing.stated_page() {
+            options.check_page(page)?;
+        }
+        Ok(options)
+    }
+
+    /// Refuses a sheet that a plotter among the outputs does not take.
+    ///
+    /// # Errors
+    /// If it does not fit.
+    pub fn check_page(&self, page: Page) -> Result<(), OptionError> {
+        for output in &self.outputs {
+            match output.format {
+                Format::Gcode => self.gcode.place(page)?,
+                Format::Hpgl => self.hpgl.place(page)?,
+                _ => continue,
+            };
+        }
+        Ok(())
     }
 }
 
@@ -419,7 +346,11 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::model;
+    use penvis_core::extract::{CurveSet, Style};
+
+    use crate::model::{self, Model, Projection, View};
+    use crate::page::Ink;
+    use crate::settle::Settled;
 
     #[derive(Parser)]
     struct Line {
@@ -444,7 +375,7 @@ mod tests {
         assert_eq!(view("--view -1,-2,.5"), View::orthographic(DVec3::new(-1.0, -2.0, 0.5)));
         assert_eq!(view("--view 0,0,2").up, DVec3::Y);
         assert_eq!(view("--up -1,0,0").up, DVec3::NEG_X);
-        for (name, ..) in VIEWS {
+        for name in aim::names().split(", ") {
             view(&format!("--view {name}")).camera().unwrap();
         }
         for flat in ["top", "bottom"] {
@@ -466,14 +397,22 @@ mod tests {
         assert!(widest <= 20.0 && widest > 10.0, "{widest}");
     }
 
+    fn settled(words: &str, model: &Model) -> Settled {
+        Settled::new(&options(&format!("saddle -o a.json {words}")).unwrap().drawing, model).unwrap()
+    }
+
+    fn saddle() -> Model {
+        model::load(&["saddle".into()], &model::Reading::new(&())).unwrap()
+    }
+
     #[test]
     fn defaults() {
+        let found = settled("", &saddle());
+        assert_eq!(*found.styles.of(0), Style { curves: CurveSet::default(), isos: 8 });
+        assert_eq!((found.adaptive, found.isos, found.deepest), (None, 8, 0));
+        assert_eq!((found.inks.of(0), found.margin_mm), (Ink::default(), 15.0));
+        assert_eq!(found.page, Page { width_mm: 297.0, height_mm: 210.0 });
         let options = options("saddle -o a.svg").unwrap();
-        let names: Vec<_> = options.drawing.curves.iter().map(|kind| kind.name()).collect();
-        assert_eq!(names, ["boundary", "crease", "silhouette", "iso"]);
-        assert_eq!((options.drawing.isocurves, options.drawing.margin_mm), (Isocurves::Uniform(8), 15.0));
-        assert!((options.drawing.crease_angle - 30_f64.to_radians()).abs() < 1e-12);
-        assert_eq!(options.drawing.page, Page { width_mm: 297.0, height_mm: 210.0 });
         assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, DEFAULT_HPGL));
         assert_eq!(options.estimated.name, device::DEFAULT);
         assert_eq!(self::options("saddle -o a.plt").unwrap().estimated.name, DEFAULT_HPGL);
@@ -482,17 +421,46 @@ mod tests {
     #[test]
     fn isocurves_are_counted_only_when_inked() {
         for words in ["--curves boundary,trim", "--iso 0", "--curves silhouette --iso-spacing 1"] {
-            let options = options(&format!("saddle -o a.json {words}")).unwrap().drawing;
-            assert_eq!(options.isocurves, Isocurves::Omitted);
-            assert!(!options.curves.contains(&CurveKind::Iso));
+            let found = settled(words, &saddle());
+            assert_eq!((found.adaptive, found.isos, found.styles.of(0).curves.iso), (None, 0, false), "{words}");
         }
+    }
+
+    #[test]
+    fn the_command_line_goes_before_the_model() {
+        let mut model = model::load(&["linked_tori".into()], &model::Reading::new(&())).unwrap();
+        let outlines = CurveSet { silhouette: true, ..CurveSet::NONE };
+        let first = StyleChoice { curves: Some(outlines), pen: Some(2), ..StyleChoice::default() };
+        let second = StyleChoice { isos: Some(3), hidden: Some(Hidden::Layer), ..StyleChoice::default() };
+        model.styles = vec![(0..1, first), (1..2, second)];
+        model.sheet = SheetChoice { paper: Some("a5".into()), margin_mm: Some(7.0), ..SheetChoice::default() };
+        let found = settled("", &model);
+        assert_eq!(*found.styles.of(0), Style { curves: outlines, isos: 0 });
+        assert_eq!(*found.styles.of(1), Style { curves: CurveSet::default(), isos: 3 });
+        assert_eq!([0, 1].map(|s| found.inks.of(s).pen), [2, 1]);
+        assert_eq!([0, 1].map(|s| found.inks.of(s).hidden), [Hidden::Omit, Hidden::Layer]);
+        assert_eq!((found.page.width_mm, found.margin_mm, found.deepest, found.isos), (210.0, 7.0, u32::MAX, 0));
+
+        let found = settled("--curves iso --iso 4 --hidden omit --paper 100x80 --margin 5", &model);
+        let isos = Style { curves: CurveSet { iso: true, ..CurveSet::NONE }, isos: 4 };
+        assert_eq!([0, 1].map(|s| *found.styles.of(s)), [isos; 2]);
+        assert_eq!([0, 1].map(|s| found.inks.of(s).pen), [2, 1]);
+        assert_eq!((found.page.width_mm, found.margin_mm, found.deepest, found.isos), (100.0, 5.0, 0, 4));
+
+        let found = settled("--qi 2", &model);
+        assert_eq!(([0, 1].map(|s| found.inks.of(s).hidden), found.deepest), ([Hidden::Layer; 2], 2));
+        let found = settled("--iso-spacing 1", &model);
+        assert_eq!(
+            (found.adaptive.is_some(), found.styles.of(0).curves.iso, found.styles.of(1).curves.iso),
+            (true, false, true)
+        );
     }
 
     #[test]
     fn adaptive_isocurves_have_a_spacing_or_twice_the_pen() {
         use penvis_core::extract::adaptive::{Direction, Spacing, Tone};
         let adaptive = |words: &str| match options(&format!("saddle -o a.svg {words}")).unwrap().drawing.isocurves {
-            Isocurves::Adaptive(adaptive) => adaptive,
+            Some(Isocurves::Adaptive(adaptive)) => adaptive,
             other => panic!("{words}: {other:?}"),
         };
         let plain = adaptive("--iso-spacing 0.5");
@@ -533,7 +501,7 @@ mod tests {
             ("--tolerance 0", "--tolerance 0: "),
             ("--tolerance inf", "--tolerance inf: "),
             ("--paper a9", "--paper: there is no paper `a9`"),
-            ("--margin 105", "leaves no room"),
+            ("--paper a4 --margin 105", "leaves no room"),
             ("--margin nan", "--margin NaN: "),
             ("--crease-angle 181", "--crease-angle 181: is not an angle from 0 to 180 degrees; 30"),
             ("--crease-angle nan", "--crease-angle NaN: "),

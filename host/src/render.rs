@@ -2,16 +2,14 @@
 
 use std::time::Instant;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use penvis_core::render::{PixelGrid, RasterStats};
 
-use crate::compute::{Placed, place};
+use crate::compute::{Loaded, Placed, place};
 use crate::drawing::Page;
 use crate::emit::Pixels;
 use crate::error::Error;
-use crate::options::DrawingOptions;
 use crate::page::Layout;
-use crate::progress::Progress;
 
 /// Painted surfaces.
 #[derive(Clone, Debug)]
@@ -28,15 +26,17 @@ pub struct Rendered {
     pub seconds: f64,
 }
 
-/// Paints the surfaces onto the page where [`compute`](crate::compute::compute) would draw them.
+/// Paints the surfaces onto the page where [`compute`](crate::compute::compute) would draw them. `light` is the direction to
+/// the light in the viewer's frame: right, up, towards the eye.
 ///
 /// # Errors
-/// If a model cannot be read, the view does not exist or does not see all of the model, the picture cannot be scaled, or Ctrl-C or the time limit ends it.
-pub fn render(options: &DrawingOptions, pixels: Pixels, progress: &Progress) -> Result<Rendered, Error> {
+/// If the view does not exist or does not see all of the model, the picture cannot be scaled, or Ctrl-C or the time limit
+/// ends it.
+pub fn render(loaded: Loaded<'_>, pixels: Pixels, light: DVec3) -> Result<Rendered, Error> {
     let started = Instant::now();
-    let Placed { name, prepared, layout, watch, .. } = place(options, progress)?;
-    let raster = prepared.render(&grid(&layout, options.page, &pixels), &watch).map_err(|e| watch.reason(e.into()))?;
-    let shades = prepared.shade(&raster, options.light, &watch).map_err(|e| watch.reason(e.into()))?;
+    let Placed { name, prepared, layout, settled, watch, .. } = place(loaded)?;
+    let raster = prepared.render(&grid(&layout, settled.page, &pixels), &watch).map_err(|e| watch.reason(e.into()))?;
+    let shades = prepared.shade(&raster, light, &watch).map_err(|e| watch.reason(e.into()))?;
     Ok(Rendered { name, pixels, shades, stats: raster.stats, seconds: started.elapsed().as_secs_f64() })
 }
 

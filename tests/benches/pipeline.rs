@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use penvis::isocurves::Isocurves;
-use penvis::page::{Depths, Hidden, Layout, lay_out};
+use penvis::page::{Depths, Inks, Layout, lay_out};
 use penvis::{builtin, emit};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::plotter::{draw, options, plot, simulated};
@@ -23,7 +23,8 @@ fn stages(c: &mut Criterion) {
         let prepare = || Prepared::new(&model.scene, &camera, &wanted, &()).expect("the model is in front of the eye");
         let prepared = prepare();
         let asked = options(&[name]);
-        let layout = Layout::fit(prepared.extent(), asked.page, asked.margin_mm).expect("it fits");
+        let (page, margin_mm) = asked.sheet.settle().expect("a sheet");
+        let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
         let tolerance = layout.to_screen_length(asked.tolerance_mm);
         let traced = prepared.trace(tolerance, &()).expect("nothing stops it");
         group.bench_function("project, stitch and extract", |b| b.iter(prepare));
@@ -32,7 +33,7 @@ fn stages(c: &mut Criterion) {
             b.iter(|| prepared.trace(tolerance, &()).expect("nothing stops it"))
         });
         group.bench_function("lay out", |b| {
-            b.iter(|| lay_out(black_box(&traced.strokes), &layout, Hidden::Omit, Depths::Together, None));
+            b.iter(|| lay_out(black_box(&traced.strokes), &layout, &Inks::default(), Depths::Together, None));
         });
         group.finish();
     }
@@ -48,8 +49,9 @@ fn isocurves(c: &mut Criterion) {
         let wanted = DrawOptions { isos: 0, ..DrawOptions::default() };
         let prepare = || Prepared::new(&model.scene, &camera, &wanted, &()).expect("the model is in front of the eye");
         let asked = options(&[name, "--iso-spacing", "0.5"]);
-        let layout = Layout::fit(prepare().extent(), asked.page, asked.margin_mm).expect("it fits");
-        let Isocurves::Adaptive(adaptive) = asked.isocurves else { unreachable!("a spacing is given") };
+        let (page, margin_mm) = asked.sheet.settle().expect("a sheet");
+        let layout = Layout::fit(prepare().extent(), page, margin_mm).expect("it fits");
+        let Some(Isocurves::Adaptive(adaptive)) = asked.isocurves else { unreachable!("a spacing is given") };
         let even = adaptive.on_screen(&layout);
         group.bench_function(BenchmarkId::new("cover", name), |b| {
             b.iter_batched(

@@ -38,10 +38,11 @@ fn main() -> ExitCode {
         };
         let options = options(&[word]);
         let prepared = prepared(&model.scene, &options.view.resolve(model.view, &model.scene));
-        let layout = Layout::fit(prepared.extent(), options.page, options.margin_mm).expect("it fits");
-        let pixels = Pixels::new(options.page, RENDER_DPI).expect("a page");
+        let (page, margin_mm) = options.sheet.settle().expect("a sheet");
+        let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
+        let pixels = Pixels::new(page, RENDER_DPI).expect("a page");
         let started = Instant::now();
-        let raster = prepared.render(&grid(&layout, options.page, &pixels), &()).expect("nothing stops it");
+        let raster = prepared.render(&grid(&layout, page, &pixels), &()).expect("nothing stops it");
         let painting = started.elapsed();
         let started = Instant::now();
         let _shades = prepared.shade(&raster, DVec3::new(-1.0, 1.0, 1.0), &()).expect("nothing stops it");

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use penvis::args::DrawingArgs;
-use penvis::compute::{Computed, compute};
+use penvis::compute::{Computed, compute, load};
 use penvis::device::{self, Device, Language};
 use penvis::drawing::Drawing;
 use penvis::options::DrawingOptions;
@@ -35,7 +35,9 @@ pub fn options(words: &[&str]) -> DrawingOptions {
 /// If it cannot be drawn.
 #[must_use]
 pub fn draw(words: &[&str]) -> Computed {
-    compute(&options(words), &Progress::start()).expect("the model can be drawn")
+    let (options, progress) = (options(words), Progress::start());
+    let loaded = load(&options, &progress).expect("the model can be read");
+    compute(loaded).expect("the model can be drawn")
 }
 
 /// The plotter that is simulated.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use penvis::builtin;
 use penvis::drawing::Drawing;
 use penvis::model::View;
-use penvis::page::{Depths, Hidden, Layout, lay_out};
+use penvis::page::{Depths, Inks, Layout, lay_out};
 use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::ink::Ink;
@@ -31,10 +31,11 @@ fn picture(name: &str, view: &View, wanted: &DrawOptions) -> Picture {
     let camera = view.camera().expect("a camera");
     let prepared = Prepared::new(&model.scene, &camera, wanted, &()).expect("seen");
     let asked = options(&[name]);
-    let layout = Layout::fit(prepared.extent(), asked.page, asked.margin_mm).expect("it fits");
+    let (page, margin_mm) = asked.sheet.settle().expect("a sheet");
+    let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
-    let polylines = lay_out(&traced.strokes, &layout, Hidden::Omit, Depths::Together, None);
-    let drawing = Drawing { name: name.into(), page: asked.page, isos: 0, polylines };
+    let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, None);
+    let drawing = Drawing { name: name.into(), page, isos: 0, polylines };
     Picture { prepared, layout, ink: Ink::new(&drawing) }
 }
 

@@ -41,6 +41,18 @@ impl CurveSet {
     pub const NONE: Self =
         Self { boundary: false, crease: false, silhouette: false, iso: false, smooth: false, section: false };
 
+    /// Adds `kind` to the set.
+    pub fn insert(&mut self, kind: CurveKind) {
+        match kind {
+            CurveKind::Boundary => self.boundary = true,
+            CurveKind::Crease => self.crease = true,
+            CurveKind::Silhouette => self.silhouette = true,
+            CurveKind::Iso => self.iso = true,
+            CurveKind::Smooth => self.smooth = true,
+            CurveKind::Section => self.section = true,
+        }
+    }
+
     /// Whether `kind` is in the set.
     #[must_use]
     pub fn contains(&self, kind: CurveKind) -> bool {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::args::DrawArgs;
-use crate::compute::{Computed, compute, summary};
+use crate::compute::{Computed, compute, load, summary};
 use crate::emit::{self, EmitError, Format};
 use crate::error::Error;
 use crate::interrupt;
@@ -25,7 +25,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     if options.render {
         return render(&options, progress);
     }
-    let mut computed = compute(&options.drawing, &progress)?;
+    let loaded = load(&options.drawing, &progress)?;
+    options.check_page(loaded.page())?;
+    let mut computed = compute(loaded)?;
 
     progress.stage("writing");
     let emitting = Instant::now();
@@ -56,11 +58,12 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
 
 /// Paints the surfaces instead. Says in a line what was painted.
 fn render(options: &DrawOptions, progress: Progress) -> Result<(), Error> {
-    let page = options.drawing.page;
+    let loaded = load(&options.drawing, &progress)?;
+    let page = loaded.page();
     let path = || options.outputs.first().map(|o| o.path.clone()).unwrap_or_default();
     let fault = |source| Error::Emit { path: path(), source };
     let pixels = emit::Pixels::new(page, emit::RENDER_DPI).map_err(fault)?;
-    let rendered = render::render(&options.drawing, pixels, &progress)?;
+    let rendered = render::render(loaded, pixels, options.drawing.light)?;
     progress.stage("writing");
     let picture = emit::shaded(page, &pixels, &rendered.shades).map_err(fault)?;
     let files: Vec<_> = options.outputs.iter().map(|o| (o.path.clone(), picture.clone())).collect();

@@ -10,7 +10,7 @@ use serialport::FlowControl;
 use thiserror::Error as ThisError;
 
 use crate::args::DrawingArgs;
-use crate::compute::{Computed, compute, duration_text, summary};
+use crate::compute::{Computed, compute, duration_text, load, summary};
 use crate::device::{self, Device, Flow, Gcode, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
@@ -38,7 +38,7 @@ const SIM_PEN_MM: f64 = 0.3;
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Built-in models (`penvis info --list`) or model files, several as one scene; or one file for a plotter: .gcode, .nc, .hpgl, .plt
+    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or one file for a plotter: .gcode, .nc, .hpgl, .plt
     #[arg(required = true, value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter
@@ -268,9 +268,13 @@ fn ink_name(jobs: &[String]) -> PathBuf {
 fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let options = DrawingOptions::new(&args.jobs, &args.drawing).map_err(Error::from)?;
     // Said before the drawing is computed rather than after it.
-    device.place(options.page).map_err(PlotError::Place)?;
+    if let Some(page) = options.stated_page() {
+        device.place(page).map_err(PlotError::Place)?;
+    }
     let progress = Progress::start();
-    let Computed { drawing, stats, seconds, .. } = compute(&options, &progress)?;
+    let loaded = load(&options, &progress)?;
+    device.place(loaded.page()).map_err(PlotError::Place)?;
+    let Computed { drawing, stats, seconds, .. } = compute(loaded)?;
     drop(progress);
     let name = drawing.name.clone();
     let made = match device.language {
@@ -283,7 +287,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     for warning in stats.warnings() {
         eprintln!("warning: {warning}");
     }
-    Ok(Job { name, bytes: text.into_bytes(), page: Some(options.page) })
+    Ok(Job { name, bytes: text.into_bytes(), page: Some(drawing.page) })
 }
 
 /// Reads a file in the language of the device.

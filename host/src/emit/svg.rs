@@ -28,14 +28,17 @@ pub fn svg(drawing: &Drawing, pen_width_mm: f64) -> String {
          width=\"{width}mm\" height=\"{height}mm\" viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n",
         escape(&drawing.name)
     );
-    for (k, (layer, pen)) in groups(drawing).into_iter().enumerate() {
+    let groups = groups(drawing);
+    for (k, &(layer, pen)) in groups.iter().enumerate() {
+        // Layers of one name that are drawn by several pens are told apart by these.
+        let is_alone = groups.iter().filter(|(other, _)| *other == layer).count() == 1;
+        let label = if is_alone { escape(layer) } else { format!("{} pen {pen}", escape(layer)) };
         let [r, g, b] = ink(pen);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "<g inkscape:groupmode=\"layer\" inkscape:label=\"{}\" id=\"layer{}\" fill=\"none\" \
+            "<g inkscape:groupmode=\"layer\" inkscape:label=\"{label}\" id=\"layer{}\" fill=\"none\" \
              stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">",
-            escape(layer),
             k + 1,
             decimal(pen_width_mm, 4)
         );
@@ -104,6 +107,7 @@ mod tests {
         let lines = vec![
             polyline(Boundary, 1, &[[0.0, 0.0], [10.0, 0.0], [10.0, 20.12345]]),
             polyline(Iso, 2, &[[1.0, 1.0], [2.0, 2.0]]),
+            polyline(Boundary, 3, &[[1.0, 1.0], [2.0, 2.0]]),
             polyline(Boundary, 1, &[[5.0, 50.0], [5.5, 50.0]]),
             polyline(Boundary, 1, &[[5.5, 50.0], [5.5, 49.0]]),
         ];
@@ -112,11 +116,14 @@ mod tests {
         let expected = r##"<?xml version="1.0" encoding="UTF-8"?>
 <svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" width="100mm" height="50mm" viewBox="0 0 100 50">
 <title>a&lt;b &amp; &quot;c&quot; </title>
-<g inkscape:groupmode="layer" inkscape:label="boundary" id="layer1" fill="none" stroke="#000000" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
+<g inkscape:groupmode="layer" inkscape:label="boundary pen 1" id="layer1" fill="none" stroke="#000000" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
 <path d="M0,50L10,50 10,29.877"/>
 <path d="M5,0L5.5,0 5.5,1"/>
 </g>
 <g inkscape:groupmode="layer" inkscape:label="iso" id="layer2" fill="none" stroke="#c82828" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
+<path d="M1,49L2,48"/>
+</g>
+<g inkscape:groupmode="layer" inkscape:label="boundary pen 3" id="layer3" fill="none" stroke="#1e50b4" stroke-width="0.3" stroke-linecap="round" stroke-linejoin="round">
 <path d="M1,49L2,48"/>
 </g>
 </svg>

@@ -14,6 +14,7 @@ use super::import::{Reading, Report};
 use super::source::Source;
 use super::view::View;
 use crate::builtin;
+use crate::style::{SheetChoice, StyleChoice};
 
 /// Largest coordinate, and the inverse of the smallest size of a model. Areas of normals, squared, are sixth powers of
 /// lengths, and have to stay in the range of f64.
@@ -26,6 +27,10 @@ pub struct Model {
     pub scene: Scene,
     /// The view of the first model that has one.
     pub view: Option<View>,
+    /// What is asked of the drawing of ranges of surfaces; a later one counts where they overlap.
+    pub styles: Vec<(Range<usize>, StyleChoice)>,
+    /// What the first model that says something about it asks of the sheet.
+    pub sheet: SheetChoice,
     /// The files, in the order of their surfaces.
     pub files: Vec<ModelFile>,
 }
@@ -116,9 +121,12 @@ pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError
     let (mut names, mut scenes, mut before) = (Vec::new(), Vec::new(), 0);
     for spec in specs {
         let model = load_one(spec, reading)?;
-        let moved = |f: ModelFile| ModelFile { surfaces: before + f.surfaces.start..before + f.surfaces.end, ..f };
+        let shifted = |r: Range<usize>| before + r.start..before + r.end;
+        let moved = |f: ModelFile| ModelFile { surfaces: shifted(f.surfaces.clone()), ..f };
         joined.files.extend(model.files.into_iter().map(moved));
         joined.view = joined.view.or(model.view);
+        joined.styles.extend(model.styles.into_iter().map(|(range, style)| (shifted(range), style)));
+        joined.sheet = joined.sheet.or(&model.sheet);
         before += model.scene.surfaces.len();
         names.push(model.scene.name.clone());
         scenes.push(model.scene);
@@ -130,7 +138,7 @@ pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError
 fn load_one(spec: &str, reading: &Reading<'_>) -> Result<Model, ModelError> {
     let bare = !spec.contains(['.', '/', '\\']);
     if bare && let Some(model) = builtin::load(spec) {
-        return Ok(Model { scene: model.scene, view: Some(model.view), files: Vec::new() });
+        return Ok(Model { scene: model.scene, view: Some(model.view), ..Model::default() });
     }
     let path = Path::new(spec);
     if !path.exists() {
@@ -148,7 +156,7 @@ fn load_one(spec: &str, reading: &Reading<'_>) -> Result<Model, ModelError> {
     check_size(&import.scene, spec)?;
     let (surfaces, report) = (0..import.scene.surfaces.len(), import.report);
     let files = vec![ModelFile { file, format: format.name, surfaces, report }];
-    Ok(Model { scene: import.scene, view: import.view, files })
+    Ok(Model { scene: import.scene, view: import.view, files, ..Model::default() })
 }
 
 /// Refuses sizes whose powers overflow or vanish.

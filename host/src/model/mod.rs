@@ -1,5 +1,6 @@
 //! Models: surfaces and a view, from a file or built in.
 
+pub(crate) mod aim;
 mod fault;
 mod format;
 mod import;
@@ -11,6 +12,7 @@ mod surface_json;
 mod text;
 pub(crate) mod view;
 
+pub use aim::ViewChoice;
 pub use fault::{Fault, ReadError};
 pub use format::{FORMATS, ModelFormat, format_of, formats};
 pub use import::{Import, MESH_CREASE_DEGREES, Reading, Report, Watch};

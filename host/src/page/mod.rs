@@ -1,12 +1,14 @@
 //! From the screen to the paper: scale, place, dash and order the strokes.
 
 mod dash;
+mod ink;
 mod join;
 mod layout;
 mod order;
 mod sheet;
 
 pub use dash::{DashPattern, dash};
+pub use ink::{Ink, Inks};
 pub use join::join;
 pub use layout::{Layout, LayoutError};
 pub use order::order;
@@ -27,7 +29,7 @@ pub enum Hidden {
     Omit,
     /// Drawn in dashes with the same pen.
     Dashed(DashPattern),
-    /// Drawn in full, as a layer of its own and with pen 2.
+    /// Drawn in full, as a layer of its own and with the pen after the last one of what is visible.
     Layer,
 }
 
@@ -37,7 +39,8 @@ pub enum Depths {
     /// Not at all: one layer, one dash pattern.
     #[default]
     Together,
-    /// By the number n of sheets in front: a layer `hidden-n` with pen n + 1, or dashes a fraction 1/n as long.
+    /// By the number n of sheets in front: a layer `hidden-n` with the n-th pen after the last one of what is visible, or
+    /// dashes a fraction 1/n as long.
     Apart,
 }
 
@@ -58,7 +61,7 @@ pub struct Hatching {
 pub fn lay_out(
     strokes: &[Stroke],
     layout: &Layout,
-    hidden: Hidden,
+    inks: &Inks,
     depths: Depths,
     hatching: Option<Hatching>,
 ) -> Vec<Polyline> {
@@ -66,13 +69,14 @@ pub fn lay_out(
     let mut polylines = Vec::with_capacity(strokes.len());
     for stroke in strokes.iter().filter(|stroke| stroke.points.len() >= 2) {
         let visible = stroke.qi == 0;
+        let Ink { pen, hidden } = inks.of(stroke.style);
         if visible {
             let name = stroke.kind.name();
             if stroke.kind == CurveKind::Iso && levels > 1 {
                 let level = stroke.level + 1;
-                polylines.push(Polyline { level, ..polyline(stroke, layout, &format!("{name}-{level}"), 1) });
+                polylines.push(Polyline { level, ..polyline(stroke, layout, &format!("{name}-{level}"), pen) });
             } else {
-                polylines.push(polyline(stroke, layout, name, 1));
+                polylines.push(polyline(stroke, layout, name, pen));
             }
             continue;
         }
@@ -84,9 +88,9 @@ pub fn lay_out(
             Hidden::Omit => {}
             Hidden::Dashed(pattern) => {
                 let pattern = DashPattern { dash_mm: pattern.dash_mm / f64::from(depth), ..pattern };
-                dash(&polyline(stroke, layout, &layer, 1), pattern, &mut polylines);
+                dash(&polyline(stroke, layout, &layer, pen), pattern, &mut polylines);
             }
-            Hidden::Layer => polylines.push(polyline(stroke, layout, &layer, depth + 1)),
+            Hidden::Layer => polylines.push(polyline(stroke, layout, &layer, inks.last_pen().saturating_add(depth))),
         }
     }
     let ordered = order(polylines);
@@ -148,7 +152,7 @@ mod tests {
         let mut strokes: Vec<Stroke> = strokes.collect();
         strokes.push(stroke(CurveKind::Boundary, 0, [[1.0, 1.0], [0.9, 1.0]]));
         let hatching = Some(Hatching { levels: 3, pen_width_mm: 0.3 });
-        let found = lay_out(&strokes, &layout, Hidden::Omit, Depths::Together, hatching);
+        let found = lay_out(&strokes, &layout, &Inks::default(), Depths::Together, hatching);
         let layers: Vec<_> = found.iter().map(|p| p.layer.as_str()).collect();
         assert_eq!(layers, ["boundary", "iso-1", "iso-1", "iso-2", "iso-3"]);
     }
@@ -161,24 +165,45 @@ mod tests {
             stroke(CurveKind::Boundary, 0, [[0.0, 0.0], [1.0, 0.0]]),
             stroke(CurveKind::Iso, 2, [[0.0, 1.0], [1.0, 1.0]]),
         ];
-        let omitted = lay_out(&strokes, &layout, Hidden::Omit, Depths::Together, None);
+        let omitted = lay_out(&strokes, &layout, &Inks::default(), Depths::Together, None);
         assert_eq!(omitted.len(), 1);
         assert_eq!(omitted[0].page, [DVec2::new(10.0, 10.0), DVec2::new(110.0, 10.0)]);
         assert_eq!((omitted[0].layer.as_str(), omitted[0].pen, omitted[0].surface), ("boundary", 1, 3));
 
-        let layered = lay_out(&strokes, &layout, Hidden::Layer, Depths::Together, None);
+        let layered = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Layer), Depths::Together, None);
         assert_eq!(layered.len(), 2);
         assert_eq!((layered[1].layer.as_str(), layered[1].pen, layered[1].visible), ("hidden", 2, false));
 
-        let apart = lay_out(&strokes, &layout, Hidden::Layer, Depths::Apart, None);
+        let apart = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Layer), Depths::Apart, None);
         assert_eq!((apart[1].layer.as_str(), apart[1].pen), ("hidden-2", 3));
 
-        let dashed = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Together, None);
+        let dashed =
+            lay_out(&strokes, &layout, &Inks::hiding(Hidden::Dashed(DashPattern::default())), Depths::Together, None);
         let hidden: Vec<_> = dashed.iter().filter(|p| !p.visible).collect();
         assert!(hidden.len() > 10 && hidden.iter().all(|p| p.qi == 2 && p.pen == 1 && p.layer == "hidden"));
 
-        let finer = lay_out(&strokes, &layout, Hidden::Dashed(DashPattern::default()), Depths::Apart, None);
+        let finer =
+            lay_out(&strokes, &layout, &Inks::hiding(Hidden::Dashed(DashPattern::default())), Depths::Apart, None);
         let finer: Vec<_> = finer.iter().filter(|p| !p.visible).collect();
         assert!(finer.len() > hidden.len() && finer.iter().all(|p| p.pen == 1 && p.layer == "hidden-2"));
+    }
+
+    #[test]
+    fn each_surface_has_its_own_pen_and_its_own_way_with_what_is_hidden() {
+        let page = Page { width_mm: 120.0, height_mm: 120.0 };
+        let layout = Layout::fit([DVec2::ZERO, DVec2::ONE], page, 10.0).unwrap();
+        let of = |style: usize, qi: u32| Stroke { style, ..stroke(CurveKind::Boundary, qi, [[0.0, 0.0], [1.0, 0.0]]) };
+        let strokes = [of(0, 0), of(0, 1), of(1, 0), of(1, 1), of(2, 0), of(2, 2)];
+        let dashed = Hidden::Dashed(DashPattern::default());
+        let inks = Inks::new(vec![
+            Ink { pen: 4, hidden: Hidden::Layer },
+            Ink { pen: 2, hidden: dashed },
+            Ink { pen: 3, hidden: Hidden::Omit },
+        ]);
+        let found = lay_out(&strokes, &layout, &inks, Depths::Apart, None);
+        let mut pens: Vec<(&str, u32)> = found.iter().map(|p| (p.layer.as_str(), p.pen)).collect();
+        pens.dedup();
+        // Pen by pen; the hidden layer is beyond all of them, and the dashes are the surface's own.
+        assert_eq!(pens, [("boundary", 2), ("hidden-1", 2), ("boundary", 3), ("boundary", 4), ("hidden-1", 5)]);
     }
 }

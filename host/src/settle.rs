@@ -1,0 +1,94 @@
+//! What is drawn and how, when models and command line have both been heard: what the command line says goes first.
+
+use penvis_core::extract::{CurveSet, Style, Styles};
+use penvis_core::scene::Scene;
+
+use crate::drawing::Page;
+use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
+use crate::model::Model;
+use crate::options::{DrawingOptions, OptionError};
+use crate::page::{Hidden, Ink, Inks, Layout};
+use crate::style::StyleChoice;
+
+/// How a model is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settled {
+    /// The sheet.
+    pub page: Page,
+    /// Margin on all sides in mm.
+    pub margin_mm: f64,
+    /// What of each surface is drawn.
+    pub styles: Styles,
+    /// The pens.
+    pub inks: Inks,
+    /// Isocurves that are not so many a direction.
+    pub adaptive: Option<Adaptive>,
+    /// Isocurves a direction if they are as many on all surfaces, else 0.
+    pub isos: u32,
+    /// Most sheets in front of what is drawn.
+    pub deepest: u32,
+}
+
+impl Settled {
+    /// Of a model and what was asked for.
+    ///
+    /// # Errors
+    /// If a sheet is none, or the margins leave nothing of it.
+    pub fn new(options: &DrawingOptions, model: &Model) -> Result<Self, OptionError> {
+        let (page, margin_mm) = options.sheet.or(&model.sheet).settle()?;
+        Layout::room(page, margin_mm)?;
+        let choices = choices(model);
+        let looks: Vec<(Style, Ink)> = choices.iter().map(|&c| look(options, c)).collect();
+        let (styles, inks): (Vec<Style>, Vec<Ink>) = looks.into_iter().unzip();
+        let adaptive = match options.isocurves {
+            Some(Isocurves::Adaptive(adaptive)) if styles.iter().any(|s| s.curves.iso) => Some(adaptive),
+            _ => None,
+        };
+        let is_omitted = inks.iter().all(|ink| ink.hidden == Hidden::Omit);
+        let isos = match styles.split_first() {
+            Some((first, rest)) if rest.iter().all(|s| s.isos == first.isos) => first.isos,
+            _ => 0,
+        };
+        Ok(Self {
+            page,
+            margin_mm,
+            styles: Styles::new(styles),
+            inks: Inks::new(inks),
+            adaptive,
+            isos,
+            deepest: if is_omitted { 0 } else { options.deepest },
+        })
+    }
+}
+
+/// What the models ask for each surface.
+fn choices(model: &Model) -> Vec<StyleChoice> {
+    let Scene { surfaces, .. } = &model.scene;
+    let mut choices = vec![StyleChoice::default(); surfaces.len()];
+    for (range, choice) in &model.styles {
+        if let Some(own) = choices.get_mut(range.clone()) {
+            own.fill(*choice);
+        }
+    }
+    choices
+}
+
+/// How a surface is drawn for which a model asks this.
+fn look(options: &DrawingOptions, model: StyleChoice) -> (Style, Ink) {
+    let choice = options.style.or(model);
+    let mut curves = choice.curves.unwrap_or_default();
+    let isos = match options.isocurves {
+        Some(Isocurves::Adaptive(_)) => None,
+        Some(Isocurves::Uniform(count)) => Some(count),
+        None => Some(choice.isos.unwrap_or(DEFAULT_ISOS)),
+    };
+    // None are not a kind that is drawn.
+    curves = CurveSet { iso: curves.iso && isos != Some(0), ..curves };
+    let isos = if curves.iso { isos.unwrap_or(0) } else { 0 };
+    let hidden = match choice.hidden.unwrap_or_default() {
+        // Depths that are told apart are drawn.
+        Hidden::Omit if options.tells_depths() => Hidden::Layer,
+        hidden => hidden,
+    };
+    (Style { curves, isos }, Ink { pen: choice.pen.unwrap_or(1), hidden })
+}

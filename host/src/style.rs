@@ -1,0 +1,142 @@
+//! How objects are drawn and on which sheet, as far as somebody says: a scene file, and above it the command line.
+
+use penvis_core::extract::CurveSet;
+use penvis_core::stroke::CurveKind;
+
+use crate::drawing::Page;
+use crate::page::{self, DashPattern, Hidden, Orientation, SheetError};
+
+/// Kinds of curve by the names that users give them.
+const KINDS: [(&str, CurveKind); 6] = [
+    ("boundary", CurveKind::Boundary),
+    ("crease", CurveKind::Crease),
+    ("silhouette", CurveKind::Silhouette),
+    ("iso", CurveKind::Iso),
+    ("smooth", CurveKind::Smooth),
+    ("intersection", CurveKind::Section),
+];
+
+/// Most isocurves a direction. More would not be told apart on paper.
+pub(crate) const MOST_ISOS: u32 = 1000;
+
+/// Sheet when none is asked for.
+const DEFAULT_PAPER: &str = "a4";
+
+/// What is asked of the drawing of an object; what is left open is for others to say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StyleChoice {
+    /// The kinds that are inked.
+    pub curves: Option<CurveSet>,
+    /// Isocurves a direction.
+    pub isos: Option<u32>,
+    /// Pen of what is visible, from 1.
+    pub pen: Option<u32>,
+    /// What becomes of hidden curves.
+    pub hidden: Option<Hidden>,
+}
+
+impl StyleChoice {
+    /// This choice, and what it leaves open as another one says.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            curves: self.curves.or(other.curves),
+            isos: self.isos.or(other.isos),
+            pen: self.pen.or(other.pen),
+            hidden: self.hidden.or(other.hidden),
+        }
+    }
+}
+
+/// What is asked of the sheet.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SheetChoice {
+    /// Name or size; one that [`page::sheet`] knows.
+    pub paper: Option<String>,
+    /// Which way it is held.
+    pub orientation: Option<Orientation>,
+    /// Margin on all sides in mm, finite and not negative.
+    pub margin_mm: Option<f64>,
+}
+
+impl SheetChoice {
+    /// This choice, and what it leaves open as another one says. A sheet goes with the way it is held.
+    #[must_use]
+    pub fn or(&self, other: &Self) -> Self {
+        let below = if self.paper.is_some() { None } else { other.orientation };
+        Self {
+            paper: self.paper.clone().or_else(|| other.paper.clone()),
+            orientation: self.orientation.or(below),
+            margin_mm: self.margin_mm.or(other.margin_mm),
+        }
+    }
+
+    /// The sheet and the margin on all sides in mm.
+    ///
+    /// # Errors
+    /// If there is no such paper.
+    pub fn settle(&self) -> Result<(Page, f64), SheetError> {
+        let page = page::sheet(self.paper.as_deref().unwrap_or(DEFAULT_PAPER), self.orientation)?;
+        Ok((page, self.margin_mm.unwrap_or_else(|| page::default_margin_mm(page))))
+    }
+}
+
+/// The set of kinds with these names.
+///
+/// # Errors
+/// What is wrong with the first name that is none.
+pub(crate) fn kinds<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<CurveSet, String> {
+    let mut set = CurveSet::NONE;
+    for word in words {
+        // The curves along trims are boundaries of the trimmed surface.
+        let name = if word == "trim" { "boundary" } else { word };
+        let known = KINDS.into_iter().find(|(known, kind)| *known == name || kind.name() == name);
+        let (_, kind) =
+            known.ok_or_else(|| format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))?;
+        set.insert(kind);
+    }
+    Ok(set)
+}
+
+/// What becomes of hidden curves, by its name.
+///
+/// # Errors
+/// What is wrong with the name.
+pub(crate) fn hidden(word: &str) -> Result<Hidden, String> {
+    match word {
+        "omit" => Ok(Hidden::Omit),
+        "dashed" => Ok(Hidden::Dashed(DashPattern::default())),
+        "layer" => Ok(Hidden::Layer),
+        _ => Err("is not one of omit, dashed, layer".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_open_is_as_the_other_says() {
+        let above = StyleChoice { isos: Some(3), hidden: Some(Hidden::Omit), ..StyleChoice::default() };
+        let below = StyleChoice { isos: Some(5), pen: Some(2), hidden: Some(Hidden::Layer), ..StyleChoice::default() };
+        let both = above.or(below);
+        assert_eq!((both.isos, both.pen, both.hidden, both.curves), (Some(3), Some(2), Some(Hidden::Omit), None));
+        let stated =
+            SheetChoice { paper: Some("a5".into()), orientation: Some(Orientation::Portrait), margin_mm: Some(3.0) };
+        let size = |choice: &SheetChoice| choice.settle().map(|(page, margin)| (page.width_mm, margin)).unwrap();
+        assert_eq!(size(&SheetChoice::default().or(&stated)), (148.0, 3.0));
+        // The scene held its own sheet upright, not this one.
+        let other = SheetChoice { paper: Some("a4".into()), ..SheetChoice::default() };
+        assert_eq!(size(&other.or(&stated)), (297.0, 3.0));
+        let turned = SheetChoice { orientation: Some(Orientation::Landscape), ..SheetChoice::default() };
+        assert_eq!(size(&turned.or(&stated)), (210.0, 3.0));
+    }
+
+    #[test]
+    fn kinds_have_the_names_of_options_and_of_files() {
+        let names = |words: &str| kinds(words.split(' '));
+        assert_eq!(names("trim"), names("boundary"));
+        assert_eq!(names("section iso"), names("iso intersection iso"));
+        assert!(names("iso edges").unwrap_err().starts_with("`edges` is not one of boundary, "));
+    }
+}
