@@ -52,6 +52,20 @@ fn a_house_of_triangles_is_drawn_by_its_edges() {
 }
 
 #[test]
+fn a_plate_with_a_hole_hides_and_shows_what_is_behind_it() {
+    let folder = folder_with("plate.obj");
+    // Straight from above: the outline of the saddle, which is a circle there, and what of the plate is beside it.
+    let top = ink(folder.path(), "plate.obj --view top --iso 0");
+    assert_eq!(top.keys().collect::<Vec<_>>(), ["boundary", "crease"]);
+    assert!((top["crease"] - 24.0).abs() < 1e-6, "{top:?}");
+    // From below the hole, and the saddle through it is all inside.
+    let below = ink(folder.path(), "plate.obj --view bottom --iso 0");
+    let side = 2.0 * 1.5 * (std::f64::consts::PI / 12.0).sin();
+    assert_eq!(below.keys().collect::<Vec<_>>(), ["crease"]);
+    assert!((below["crease"] - (24.0 + 12.0 * side)).abs() < 1e-4, "{below:?}");
+}
+
+#[test]
 fn what_is_cut_off_is_refused_in_one_line() {
     let folder = folder_with("house.stl");
     let text = fs::read(folder.path().join("house.stl")).unwrap();

@@ -6,6 +6,7 @@ mod format;
 mod import;
 mod load;
 mod mesh;
+mod obj;
 mod source;
 mod stl;
 mod surface_json;

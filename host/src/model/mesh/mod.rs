@@ -9,6 +9,7 @@
 //! joined by geometry; where they meet only to the precision of the file, both name the edge.
 
 mod on_edges;
+mod polygon;
 mod surfaces;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ mod weld;
 
 use std::collections::{HashMap, HashSet};
 
+use self::polygon::Shape;
 use glam::DVec3;
 use penvis_core::scene::SceneSurface;
 
@@ -28,7 +30,10 @@ use super::import::{Reading, Report};
 pub(super) const MOST_FACETS: usize = 1 << 20;
 
 /// Most corners of all facets together.
-const MOST_CORNERS: usize = 8 * MOST_FACETS;
+pub(super) const MOST_CORNERS: usize = 8 * MOST_FACETS;
+
+/// Most corners of a facet, whose crossings are looked for in pairs.
+const MOST_CORNERS_OF_ONE: usize = 1 << 16;
 
 /// How often readers say how far they are, in facets or lines.
 pub(super) const PROGRESS_STEP: usize = 1 << 14;
@@ -38,14 +43,24 @@ pub(super) const PROGRESS_STEP: usize = 1 << 14;
 pub(super) enum Precision {
     /// They are, or were before they were written, numbers of single precision.
     Single,
+    /// They are decimal numbers with at most so many digits after the point.
+    Decimals(u32),
 }
+
+/// A coordinate with fewer steps of its last decimal than this is taken to be exact: it is typed, not rounded.
+const ROUNDED_STEPS: f64 = 1e5;
 
 impl Precision {
     /// Distance within which two points whose coordinates are at most `largest` are one: that of two neighbours in the
     /// grid of numbers, which is what rounding makes of one point that was computed twice.
     fn tolerance(self, largest: f64) -> f64 {
+        let single = largest * f64::from(f32::EPSILON);
         let step = match self {
-            Self::Single => largest * f64::from(f32::EPSILON),
+            Self::Single => single,
+            Self::Decimals(digits) => {
+                let step = 10_f64.powi(-i32::try_from(digits).unwrap_or(i32::MAX));
+                if step * ROUNDED_STEPS <= largest { single.max(step) } else { single }
+            }
         };
         3_f64.sqrt() * step
     }
@@ -60,6 +75,8 @@ struct Polygon {
     place: u32,
     /// Index of the name of its part.
     part: u32,
+    /// Whether it is a part of a plane, and no patch of its own.
+    is_flat: bool,
 }
 
 /// A polygon mesh as readers fill it.
@@ -113,13 +130,19 @@ impl Mesh {
     /// If there are more facets, or corners, than a drawing can be made of.
     pub(super) fn facet(&mut self, corners: &[u32], place: usize) -> Result<(), Fault> {
         let first = self.corners.len();
+        if corners.len() > MOST_CORNERS_OF_ONE {
+            let place = format!("{} {place}", self.unit);
+            let problem =
+                format!("has {} corners; part it into facets of {MOST_CORNERS_OF_ONE} at most", corners.len());
+            return Err(Fault::at(place, problem));
+        }
         if self.polygons.len() == MOST_FACETS || first + corners.len() > MOST_CORNERS {
             return Err(too_many());
         }
         self.corners.extend_from_slice(corners);
         let part = self.parts.len() as u32 - 1;
         let place = u32::try_from(place).unwrap_or(u32::MAX);
-        self.polygons.push(Polygon { first: first as u32, count: corners.len() as u32, place, part });
+        self.polygons.push(Polygon { first: first as u32, count: corners.len() as u32, place, part, is_flat: false });
         Ok(())
     }
 
@@ -147,12 +170,9 @@ impl Mesh {
         let tolerance = precision.tolerance(largest);
         self.weld(tolerance, report);
         self.clean(tolerance, report);
-        reading.progress(1, 3)?;
+        self.part(tolerance, reading, report)?;
         let topology = topology::Topology::of(&mut self, tolerance, report);
-        reading.progress(2, 3)?;
-        let surfaces = surfaces::surfaces(&self, &topology, reading, report)?;
-        reading.progress(3, 3)?;
-        Ok(surfaces)
+        surfaces::surfaces(&self, &topology, reading, report)
     }
 
     /// Makes points nearer to each other than the tolerance one.
@@ -197,6 +217,55 @@ impl Mesh {
         if again > 0 {
             report.healed.push(format!("dropped {} there already", are(again, "facet")));
         }
+    }
+
+    /// Parts polygons that are not flat into triangles, and finds those that are parts of planes.
+    fn part(&mut self, tolerance: f64, reading: &Reading<'_>, report: &mut Report) -> Result<(), ReadError> {
+        if self.polygons.iter().all(|p| p.count == 3) {
+            return Ok(());
+        }
+        let count = self.polygons.len();
+        let mut mesh = Self { points: std::mem::take(&mut self.points), ..Self::new(self.unit) };
+        let (mut parted, mut farthest, mut crossed) = (0, 0.0_f64, Vec::new());
+        for (index, polygon) in self.polygons.iter().enumerate() {
+            if index % PROGRESS_STEP == 0 {
+                reading.progress(index, count)?;
+            }
+            let own = self.corners_of(polygon);
+            let points: Vec<DVec3> = own.iter().map(|&c| mesh.points[c as usize]).collect();
+            match polygon::shape(own, &points, tolerance) {
+                Shape::Patch => mesh.push(own, *polygon, false)?,
+                Shape::Flat => mesh.push(own, *polygon, true)?,
+                Shape::Crossed => crossed.push(polygon.place),
+                Shape::Parted(triangles, off) => {
+                    (parted, farthest) = (parted + 1, farthest.max(off));
+                    for triangle in triangles {
+                        mesh.push(&triangle.map(|k| own[k]), *polygon, false)?;
+                    }
+                }
+            }
+        }
+        mesh.parts = std::mem::take(&mut self.parts);
+        *self = mesh;
+        if parted > 0 {
+            let are = if parted == 1 { "1 facet that is" } else { &format!("{parted} facets that are") };
+            report.healed.push(format!("parted {are} not flat, by at most {farthest:.1e}, into triangles"));
+        }
+        if let Some(first) = crossed.first() {
+            let facets = counted(crossed.len(), "facet");
+            report.problems.push(format!("left out {facets} whose sides cross, the first at {} {first}", self.unit));
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, corners: &[u32], like: Polygon, is_flat: bool) -> Result<(), Fault> {
+        if self.polygons.len() == MOST_FACETS {
+            return Err(too_many());
+        }
+        let first = self.corners.len() as u32;
+        self.corners.extend_from_slice(corners);
+        self.polygons.push(Polygon { first, count: corners.len() as u32, is_flat, ..like });
+        Ok(())
     }
 }
 

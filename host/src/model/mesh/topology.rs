@@ -44,6 +44,11 @@ impl Topology {
         }
         halves.sort_unstable();
         topology.part(mesh, &mut halves, tolerance, report);
+        // The corners of a part of a plane are off it by rounding.
+        for h in halves.iter().filter(|h| mesh.polygons[h.facet as usize].is_flat) {
+            let next = topology.named.len() as u32;
+            topology.named.entry(h.ends).or_insert(next);
+        }
         orient(mesh, &halves, report);
         topology.find_blur(mesh, &halves, tolerance);
         let several = || halves.chunk_by(|a, b| a.ends == b.ends).filter(|group| group.len() > 2);
