@@ -78,12 +78,15 @@ impl Sheet<'_> {
     /// no more than `enough`. Best first over the Bézier patches, halved; what a plane across the line of sight keeps
     /// farther away than the best foot so far is left out.
     pub(super) fn foot(&self, p: DVec3, enough: f64) -> Foot {
-        let middle = 0.5 * (self.lo + self.hi);
-        let mut best = Foot { uv: middle, distance: f64::INFINITY };
-        let mut queue: BinaryHeap<Candidate> = BinaryHeap::with_capacity(self.cells.len());
-        queue.extend(
-            self.cells.iter().enumerate().map(|(k, c)| Candidate { bound: c.distance(p), cell: Part::Whole(k) }),
-        );
+        let distances: Vec<f64> = self.cells.iter().map(|c| c.distance(p)).collect();
+        // Mostly one of the nearest boxes holds the foot, and the others need not be looked at.
+        let first = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+        let mut best = self.foot_near(p, first.map_or(self.lo, |k| self.cells[k].centre()));
+        let mut queue: BinaryHeap<Candidate> = BinaryHeap::new();
+        if best.distance > enough {
+            let open = distances.iter().enumerate().filter(|(_, d)| **d < 0.99 * best.distance);
+            queue.extend(open.map(|(k, &bound)| Candidate { bound, cell: Part::Whole(k) }));
+        }
         for _ in 0..CELLS {
             let Some(Candidate { bound, cell }) = queue.pop() else { break };
             if best.distance <= enough || bound >= 0.99 * best.distance {
@@ -95,7 +98,7 @@ impl Sheet<'_> {
             };
             let centre = cell.centre();
             let near = self.eval(centre);
-            if (near - p).length() < 2.0 * best.distance || best.distance == f64::INFINITY {
+            if (near - p).length() < 2.0 * best.distance {
                 let foot = self.foot_near(p, centre);
                 if foot.distance < best.distance {
                     best = foot;

@@ -17,6 +17,7 @@ mod error;
 mod foot;
 mod pole;
 mod sheet;
+mod straight;
 #[cfg(test)]
 mod tests;
 mod walk;
@@ -105,7 +106,8 @@ impl<'a> PullBack<'a> {
     /// curves as the space curve's; isoparametric curves straight lines of degree 1; else the degree is 3.
     ///
     /// The deviation is certified on planes. Elsewhere it is the largest of seven places of every cubic, and two more for
-    /// every knot passed, half as much again.
+    /// every knot passed, or of so many places of a straight line that only the line itself can pass them all; half as much
+    /// again of what is along the surface.
     ///
     /// # Errors
     /// If the curve is farther from the surface than the limit, or all of it is within the tolerance of a pole, or its image
@@ -130,17 +132,7 @@ impl<'a> PullBack<'a> {
         let mut walk = Walk { sheet: &self.sheet, curve, breaks: &breaks, tolerance: 0.5 * tolerance, limit, steps: 0 };
         let (mut curves, mut miss) = (Vec::new(), Miss::default());
         for part in self.parts(curve, tolerance)?.windows(2) {
-            let (mut cubics, mut found) = self.followed(&mut walk, [part[0], part[1]])?;
-            let shift = self.sheet.periods(cubics[0].b[0]) * self.sheet.range;
-            for b in cubics.iter_mut().flat_map(|c| &mut c.b) {
-                *b -= shift;
-            }
-            let image = if let Some((line, exact)) = self.straight(&walk, &cubics, tolerance) {
-                found = exact;
-                line
-            } else {
-                joined(&cubics)
-            };
+            let (image, found) = self.image(&mut walk, [part[0], part[1]])?;
             curves.push(image.map_err(lost)?);
             miss = miss.with(found);
         }
@@ -166,10 +158,14 @@ impl<'a> PullBack<'a> {
         Ok(stops)
     }
 
-    /// The cubics over the part of a curve between two stops, in order.
-    fn followed(&self, walk: &mut Walk<'_>, [from, to]: [Stop; 2]) -> Result<(Vec<Cubic>, Miss), PullBackError> {
+    /// The image of the part of a curve between two stops, and how far it is off.
+    fn image(
+        &self,
+        walk: &mut Walk<'_>,
+        [from, to]: [Stop; 2],
+    ) -> Result<(Result<Curve, NurbsError>, Miss), PullBackError> {
         let curve = walk.curve;
-        // The search for the right sheet begins inside, where the curve is away from poles and other surfaces' seams.
+        // The search for the right sheet begins inside, where the curve is away from poles and seams.
         let t = 0.5 * (from.t + to.t);
         let at = curve.eval(t);
         let foot = self.sheet.foot(at, walk.tolerance);
@@ -177,6 +173,32 @@ impl<'a> PullBack<'a> {
             return Err(PullBackError::Off { at: at.to_array(), distance: foot.distance, limit: walk.limit });
         }
         let seed = Node { t, uv: foot.uv };
+        if let Some((line, miss)) = walk.straight(seed, [from, to]) {
+            let shift = self.shift(line[0]);
+            let points = line.map(|uv| (uv - shift).extend(0.0).extend(1.0)).to_vec();
+            return Ok((KnotVector::bezier(1, [from.t, to.t]).and_then(|k| Curve::new(k, points)), miss));
+        }
+        let (mut cubics, miss) = self.followed(walk, seed, [from, to])?;
+        let shift = self.shift(cubics[0].b[0]);
+        for b in cubics.iter_mut().flat_map(|c| &mut c.b) {
+            *b -= shift;
+        }
+        Ok((joined(&cubics), miss))
+    }
+
+    /// Whole periods, in parameters, by which a point is beyond the range.
+    fn shift(&self, uv: DVec2) -> DVec2 {
+        self.sheet.periods(uv) * self.sheet.range
+    }
+
+    /// The cubics through `seed` over the part of a curve between two stops, in order.
+    fn followed(
+        &self,
+        walk: &mut Walk<'_>,
+        seed: Node,
+        [from, to]: [Stop; 2],
+    ) -> Result<(Vec<Cubic>, Miss), PullBackError> {
+        let (curve, t) = (walk.curve, seed.t);
         let knots = walk.breaks.windows(3).filter(|w| from.t < w[1] && w[1] < to.t && w[1] != t);
         let rough = knots.filter(|w| is_rough(curve, [w[0], w[1], w[2]], walk.tolerance));
         let stops: Vec<Stop> = rough.map(|w| Stop { t: w[1], pole: None }).collect();
@@ -188,47 +210,6 @@ impl<'a> PullBack<'a> {
         before.reverse();
         before.extend(after);
         Ok((before, miss))
-    }
-
-    /// The straight line of constant u or v that the cubics are within the tolerance, with its distance from the curve.
-    fn straight(&self, walk: &Walk<'_>, cubics: &[Cubic], tolerance: f64) -> Option<(Result<Curve, NurbsError>, Miss)> {
-        let (first, last) = (cubics.first()?, cubics.last()?);
-        let points = || cubics.iter().flat_map(|c| c.b);
-        let (lo, hi) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), b| (lo.min(b), hi.max(b)));
-        let jet = self.sheet.jet(cubics[cubics.len() / 2].b[0]);
-        (0..2).find_map(|d| {
-            let speed = [jet.du, jet.dv][d].length();
-            if (hi[d] - lo[d]) * speed > 2.0 * tolerance {
-                return None;
-            }
-            let rises = last.b[3][1 - d] > first.b[0][1 - d];
-            let on = || points().map(|b| b[1 - d]);
-            if !on().zip(on().skip(1)).all(|(a, b)| if rises { a <= b } else { a >= b }) {
-                return None;
-            }
-            let mut value = 0.5 * (lo[d] + hi[d]);
-            // On a seam, a border or a knot line rather than next to it.
-            let lines = &self.sheet.rough[d];
-            if let Some(&line) = lines.iter().find(|&&x| (x - value).abs() * speed <= 0.5 * tolerance) {
-                value = line;
-            }
-            let on_seam = self.sheet.periodic[d] && value == self.sheet.hi[d];
-            let mut miss = Miss::default();
-            for c in cubics {
-                let mut c = *c;
-                c.b.iter_mut().for_each(|b| b[d] = value);
-                miss = miss.with(walk.miss(&c, tolerance).ok()?);
-            }
-            if on_seam {
-                value = self.sheet.lo[d];
-            }
-            let ends = [first.b[0], last.b[3]].map(|mut b| {
-                b[d] = value;
-                b.extend(0.0).extend(1.0)
-            });
-            let knots = KnotVector::bezier(1, [first.t[0], last.t[1]]);
-            Some((knots.and_then(|k| Curve::new(k, ends.to_vec())), miss))
-        })
     }
 }
 
@@ -246,26 +227,14 @@ fn is_rough(curve: &Curve, [before, knot, after]: [f64; 3], tolerance: f64) -> b
     (b1 - a1).length() * h > 8.0 * tolerance || (b2 - a2).length() * h * h > 64.0 * tolerance
 }
 
-/// The cubics as one B-spline curve: double knots where they join smoothly, triple ones elsewhere.
+/// The cubics as one B-spline curve. Its derivatives jump in length only, but at corners; so the knots are triple.
 fn joined(cubics: &[Cubic]) -> Result<Curve, NurbsError> {
-    let (Some(first), Some(last)) = (cubics.first(), cubics.last()) else {
-        return Err(NurbsError::PointCount { count: 0, expected: 4 });
-    };
-    let mut knots = alloc::vec![first.t[0]; 4];
-    let mut points = alloc::vec![first.b[0], first.b[1], first.b[2]];
-    for w in cubics.windows(2) {
-        let (a, b) = (&w[0], &w[1]);
-        let before = (a.b[3] - a.b[2]) / (a.t[1] - a.t[0]);
-        let after = (b.b[1] - b.b[0]) / (b.t[1] - b.t[0]);
-        // As far as computed slopes are equal.
-        let smooth = (before - after).abs().cmple(1e-10 * before.abs().max(after.abs())).all();
-        if !smooth {
-            points.push(a.b[3]);
-        }
-        knots.extend(core::iter::repeat_n(a.t[1], if smooth { 2 } else { 3 }));
-        points.extend([b.b[1], b.b[2]]);
+    let first = cubics.first().ok_or(NurbsError::PointCount { count: 0, expected: 4 })?;
+    let (mut knots, mut points) = (alloc::vec![first.t[0]; 4], alloc::vec![first.b[0]]);
+    for c in cubics {
+        knots.extend([c.t[1]; 3]);
+        points.extend(&c.b[1..]);
     }
-    points.push(last.b[3]);
-    knots.extend([last.t[1]; 4]);
+    knots.push(knots[knots.len() - 1]);
     Curve::new(KnotVector::new(knots, 3)?, points.iter().map(|b| b.extend(0.0).extend(1.0)).collect())
 }

@@ -75,6 +75,18 @@ impl<'a> Sheet<'a> {
         if inside.all() { uv } else { (uv - self.periods(uv) * self.range).clamp(self.lo, self.hi) }
     }
 
+    /// Each parameter moved onto the line over which the surface is not smooth, a border for one, if it is within `near`, or
+    /// as good as on it.
+    pub(super) fn on_line(&self, uv: DVec2, near: f64) -> DVec2 {
+        let turns = self.periods(uv) * self.range;
+        let snapped = |d: usize| {
+            let inside = uv[d] - turns[d];
+            let is_near = |x: &&f64| (**x - inside).abs() <= near.max(ON_LINE * self.range[d]);
+            self.rough[d].iter().find(is_near).map_or(uv[d], |x| x + turns[d])
+        };
+        DVec2::new(snapped(0), snapped(1))
+    }
+
     pub(super) fn eval(&self, uv: DVec2) -> DVec3 {
         let at = self.wrapped(uv);
         self.surface.eval(at.x, at.y)

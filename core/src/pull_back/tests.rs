@@ -366,3 +366,54 @@ fn the_foot_is_the_nearest_point() {
     let (_, centre) = foot_point(&sphere(&f, 2.0).unwrap(), ROUND, f.origin());
     assert!((centre - 2.0).abs() < 1e-13);
 }
+
+#[test]
+fn what_turns_back_or_waves_is_not_taken_for_a_straight_line() {
+    let f = tilted();
+    let s = cylinder(&f, 1.0, 4.0).unwrap();
+    let places = |z: &[f64]| z.iter().map(|&z| at(&f, 0.0, 1.0, z)).collect::<Vec<_>>();
+    // Up a ruling, half of it down, and up again.
+    let found = checked(&s, ROUND, &polyline(&places(&[0.5, 3.0, 1.5, 3.5])).unwrap(), 1e-6);
+    assert!(found.curves[0].degree() == 3 && (ends(&found)[1].y - 0.875).abs() < 1e-12);
+    // Once round a circle and a quarter back.
+    let level = placed(&f, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let there = arc(&level, 1.0, 0.0, TAU).unwrap().elevated(3).unwrap();
+    let [a, b] = there.domain();
+    let back = arc(&level, 1.0, TAU, -FRAC_PI_2).unwrap().elevated(3).unwrap();
+    let knots: Vec<f64> = there.knots().as_slice()[..there.knots().as_slice().len() - 1]
+        .iter()
+        .copied()
+        .chain(back.knots().as_slice()[4..].iter().map(|k| b + (k - back.domain()[0]) * (b - a)))
+        .collect();
+    let points = there.homogeneous().iter().chain(&back.homogeneous()[1..]).copied().collect();
+    let turned = Curve::from_homogeneous(KnotVector::new(knots, 3).unwrap(), points).unwrap();
+    let found = checked(&s, ROUND, &turned, 1e-6);
+    let top = samples(&found.curves[0], 200).iter().map(|p| p.x).fold(0.0, f64::max);
+    assert!(found.curves[0].degree() == 3 && (top - 1.0).abs() < 1e-6, "{top}");
+    assert!((ends(&found)[1].x - 0.75).abs() < 1e-9, "{:?}", ends(&found));
+    // A wave of degree 9 that is on the ruling in nine places, and off it between.
+    let roots: Vec<f64> = (0..9).map(|k| f64::from(k) / 8.0).collect();
+    let mut wave = alloc::vec![1.0];
+    for r in roots {
+        wave.push(0.0);
+        for k in (0..wave.len()).rev() {
+            wave[k] = if k > 0 { wave[k - 1] } else { 0.0 } - r * wave[k];
+        }
+    }
+    let curve = polynomial([&wave, &[1.0], &[1.0, 2.0], &[1.0]], &[0.0, 1.0], &f);
+    let found = checked(&s, ROUND, &curve, 1e-6);
+    assert_eq!(found.curves[0].degree(), 3);
+}
+
+#[test]
+fn a_straight_image_next_to_a_border_or_a_seam_is_on_it() {
+    let f = tilted();
+    let s = cylinder(&f, 1.0, 4.0).unwrap();
+    let level = placed(&f, [0.0, 0.0, 4.0 - 3e-7], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let [a, b] = ends(&checked(&s, ROUND, &arc(&level, 1.0, 0.0, TAU).unwrap(), 1e-6));
+    assert!(a == DVec2::new(0.0, 1.0) && b == DVec2::ONE, "{a} {b}");
+    for side in [3e-7, -3e-7] {
+        let ray = line(at(&f, 1.0, side, 0.0), at(&f, 1.0, side, 4.0)).unwrap();
+        assert_eq!(ends(&checked(&s, ROUND, &ray, 1e-6)), [DVec2::ZERO, DVec2::Y]);
+    }
+}

@@ -186,7 +186,7 @@ impl Walk<'_> {
     }
 
     /// Derivative of the image at a node, on the side `after` it or before it.
-    fn slope(&self, node: Node, after: bool) -> DVec2 {
+    pub(super) fn slope(&self, node: Node, after: bool) -> DVec2 {
         let [at, c1, _] = self.curve.derivatives_from(node.t, !after);
         let slope = |jet: &SurfaceJet| {
             let r = jet.p - at;
@@ -224,7 +224,7 @@ impl Walk<'_> {
             let at = self.sheet.wrapped(cubic.eval(s));
             let e = self.nearby(t0 + s * (t1 - t0), cubic.t, self.sheet.surface.eval(at.x, at.y));
             let total = e.length();
-            let along = if total * BETWEEN <= most { total } else { self.along(at, e) };
+            let along = if total * BETWEEN <= most { total } else { self.part_along(at, e) };
             if BETWEEN * along > most {
                 return Err(BETWEEN * along / most);
             }
@@ -262,7 +262,7 @@ impl Walk<'_> {
     }
 
     /// The part of a difference at a point of the surface that is along it, and leads to another point of it.
-    fn along(&self, at: DVec2, e: DVec3) -> f64 {
+    fn part_along(&self, at: DVec2, e: DVec3) -> f64 {
         let jet = self.sheet.jet(at);
         let Some(n) = jet.du.cross(jet.dv).try_normalize() else { return e.length() };
         let mut e = e - n * n.dot(e);
