@@ -25,17 +25,54 @@ struct Sample {
     has_end: bool,
 }
 
-const SAMPLES: &[Sample] = &[Sample {
-    format: "surface JSON",
-    extension: "json",
-    content: br#"{"name": "sheet", "surfaces": [
+const SAMPLES: &[Sample] = &[
+    Sample {
+        format: "surface JSON",
+        extension: "json",
+        content: br#"{"name": "sheet", "surfaces": [
   {"degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
    "control_points": [[[0, 0, 0, 1], [0, 1, 0, 1]], [[1, 0, 0, 1], [1, 1, 0, 1]]],
    "trim_loops": [[{"degree": 1, "knots": [0, 0, 1, 2, 3, 3],
                     "control_points": [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 1]]}]]}],
  "view": {"eye_direction": [1.0, -1.6, 0.75], "up": [0, 0, 1], "projection": "orthographic"}}"#,
-    has_end: true,
-}];
+        has_end: true,
+    },
+    Sample {
+        format: "STL",
+        extension: "stl",
+        content: b"solid roof
+facet normal 0 -1 1
+outer loop
+vertex 0 0 0
+vertex 2 0 0
+vertex 1 1 1
+endloop
+endfacet
+facet normal 0 1 1
+outer loop
+vertex 1 1 1
+vertex 2 0 0
+vertex 2 2 0
+endloop
+endfacet
+endsolid roof
+",
+        has_end: true,
+    },
+    Sample {
+        format: "OBJ",
+        extension: "obj",
+        content: b"o roof
+v 0 0 0
+v 2 0 0
+v 1 1 1
+v 2 2 0
+f 1 2 3
+f 3 2 4
+",
+        has_end: false,
+    },
+];
 
 /// A folder for bad files.
 struct Folder(TempDir);
@@ -263,6 +300,17 @@ const CHANGES: &[Change] = &[
         "FILE: view: the up vector is parallel to the view direction; choose another up",
     ),
     ("json", r#""surfaces""#, r#""faces""#, "FILE: missing field `surfaces` at line 6 column 93"),
+    ("stl", "vertex 2 2 0", "vertex 2 NaN 0", "FILE: line 13: `NaN` is not a finite number"),
+    ("stl", "vertex 2 2 0", "vertex 2 1e999 0", "FILE: line 13: `1e999` is not a finite number"),
+    ("stl", "vertex 2 2 0", "vertex 2 2", "FILE: line 14: `endloop` is not a number"),
+    ("stl", "vertex 2 2 0", "vertex 2 two 0", "FILE: line 13: `two` is not a number"),
+    ("obj", "v 2 2 0", "v 2 NaN 0", "FILE: line 5: `NaN` is not a finite number"),
+    ("obj", "v 2 2 0", "v 2 1e999 0", "FILE: line 5: `1e999` is not a finite number"),
+    ("obj", "v 2 2 0", "v 2 2", "FILE: line 5: has 2 numbers; a vertex has x, y and z"),
+    ("obj", "f 3 2 4", "f 3 2 1000000000", "FILE: line 7: refers to vertex 1000000000 of 4 that are there so far"),
+    ("obj", "f 3 2 4", "f 3 2 0", "FILE: line 7: refers to vertex 0 of 4 that are there so far"),
+    ("obj", "f 3 2 4", "f 3 2", "FILE: line 7: has 2 corners; a face has three or more"),
+    ("obj", "f 3 2 4", "f 3 2 -9", "FILE: line 7: refers to vertex -9 of 4 that are there so far"),
 ];
 
 #[test]
