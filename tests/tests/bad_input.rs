@@ -72,6 +72,25 @@ f 3 2 4
 ",
         has_end: false,
     },
+    Sample {
+        format: "BPT",
+        extension: "bpt",
+        content: b"2
+2 1
+0 0 0
+1 0 1
+2 0 0
+0 3 0
+1 3 1
+2 3 0
+1 1
+0 0 5
+1 0 5
+0 1 5
+1 1 5
+",
+        has_end: true,
+    },
 ];
 
 /// A folder for bad files.
@@ -311,6 +330,35 @@ const CHANGES: &[Change] = &[
     ("obj", "f 3 2 4", "f 3 2 0", "FILE: line 7: refers to vertex 0 of 4 that are there so far"),
     ("obj", "f 3 2 4", "f 3 2", "FILE: line 7: has 2 corners; a face has three or more"),
     ("obj", "f 3 2 4", "f 3 2 -9", "FILE: line 7: refers to vertex -9 of 4 that are there so far"),
+    ("bpt", "1 0 1", "1 NaN 1", "FILE: line 4: `NaN` is not a finite number"),
+    ("bpt", "1 0 1", "1 1e999 1", "FILE: line 4: `1e999` is not a finite number"),
+    ("bpt", "1 0 1", "1 1e51 1", "FILE: surface 0 has a coordinate of 1e51; scale the model so that none exceeds 1e50"),
+    (
+        "bpt",
+        "1 0 1",
+        "1 0",
+        "FILE: line 4: has 2 numbers, but is control point 2 of 6 of patch 1, which has x, y and z",
+    ),
+    (
+        "bpt",
+        "2\n2 1",
+        "1000000000\n2 1",
+        "FILE: line 1: announces 1000000000 patches; no pen can draw more than 1048576, so simplify the model",
+    ),
+    (
+        "bpt",
+        "2\n2 1",
+        "3\n2 1",
+        "FILE: line 13: is the last, but only 2 of 3 patches are there; the file is cut off, so get it anew",
+    ),
+    (
+        "bpt",
+        "2\n2 1",
+        "1\n2 1",
+        "FILE: line 9: goes on with `1` after the last of 1 patches; correct the first line or remove it",
+    ),
+    ("bpt", "2\n2 1", "2\n10 1", "FILE: line 2: begins patch 1 of degree 10; there are 1 to 9"),
+    ("bpt", "2\n2 1", "2\n2 0", "FILE: line 2: begins patch 1 of degree 0; there are 1 to 9"),
 ];
 
 #[test]

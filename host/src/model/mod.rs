@@ -1,6 +1,7 @@
 //! Models: surfaces and a view, from a file or built in.
 
 pub(crate) mod aim;
+mod bpt;
 mod fault;
 mod format;
 mod import;
