@@ -91,6 +91,24 @@ f 3 2 4
 ",
         has_end: true,
     },
+    Sample {
+        format: "ITD",
+        extension: "itd",
+        content: b"[OBJECT [COLOR 4] SHEET
+  [TRIMSRF
+    [SURFACE BSPLINE 3 2 3 2 P3
+      [KV 0 0 0 2 2 2]
+      [KV 0 0 1 1]
+      [1 0 0 0] [1 1 0 1] [1 2 0 0]
+      [1 0 3 0] [2 2 6 2] [1 2 3 0]]
+    [TRIMCRV
+      [TRIMCRVSEG [CURVE BEZIER 2 E2 [0 0] [2 0]]]
+      [TRIMCRVSEG [CURVE BSPLINE 3 2 E2 [KV 0 0 1 2 2] [2 0] [2 1] [0 0]]]]]]
+[OBJECT ROOF
+  [POLYGON [PLANE 0 0 1 9] 4 [0 0 9] [2 0 9] [2 2 9] [0 2 9]]]
+",
+        has_end: false,
+    },
 ];
 
 /// A folder for bad files.
@@ -358,6 +376,44 @@ const CHANGES: &[Change] = &[
         "FILE: line 9: goes on with `1` after the last of 1 patches; correct the first line or remove it",
     ),
     ("bpt", "2\n2 1", "2\n10 1", "FILE: line 2: begins patch 1 of degree 10; there are 1 to 9"),
+    ("itd", "[2 2 6 2]", "[2 2 NaN 2]", "FILE: line 7: `NaN` is not a finite number"),
+    ("itd", "[2 2 6 2]", "[2 2 1e999 2]", "FILE: line 7: `1e999` is not a finite number"),
+    ("itd", "[2 2 6 2]", "[0 2 6 2]", "FILE: line 7: has weight 0; weights must be positive and finite"),
+    ("itd", "[2 2 6 2]", "[-2 2 6 2]", "FILE: line 7: has weight -2; weights must be positive and finite"),
+    ("itd", "[2 2 6 2]", "[2 2 6]", "FILE: line 7: has 3 numbers in a control point of type P3, which has 4 numbers"),
+    ("itd", "[2 2 6 2]", "", "FILE: line 7: ends after 5 of 6 control points"),
+    (
+        "itd",
+        "[2 2 6 2]",
+        "[2 2 2e51 2]",
+        "FILE: surface 1 has a coordinate of 1e51; scale the model so that none exceeds 1e50",
+    ),
+    (
+        "itd",
+        "0 0 0 2 2 2",
+        "0 0 0 2 1 2",
+        "FILE: line 4: has wrong knots along u: knot 4 is 1, less than knot 3 before it; sort the knots",
+    ),
+    (
+        "itd",
+        "0 0 0 2 2 2",
+        "0 0 0 2 2",
+        "FILE: line 4: has 5 knots along u, but 3 control points of order 3 have 6 knots",
+    ),
+    (
+        "itd",
+        "3 2 3 2 P3",
+        "50000 20000 3 2 P3",
+        "FILE: line 3: announces more than 16777216 control points; no pen can draw so much, so correct or simplify it",
+    ),
+    ("itd", "9] 4", "9] 1000000000", "FILE: line 12: announces 1000000000 points; polygons and strips have 3 to 65536"),
+    (
+        "itd",
+        "[2 1] [0 0]",
+        "[2 1] [0 0.5]",
+        "FILE: line 8: begins a TRIMCRV that is wrong: trim loop 0: curve 1 ends at (0, 0.5), but the next one begins at (0, 0); make the curves meet end to end, and the last one the first",
+    ),
+    ("itd", "2 3 0]]", "2 3 0]", "FILE: line 8: has `[` where `]` after 6 control points is expected"),
     ("bpt", "2\n2 1", "2\n2 0", "FILE: line 2: begins patch 1 of degree 0; there are 1 to 9"),
 ];
 
@@ -380,9 +436,15 @@ fn one_thing_wrong_is_named_with_its_place() {
 #[test]
 fn what_is_nested_a_million_deep_does_not_overflow_the_stack() {
     let folder = Folder::new();
-    for (extension, before, each) in [("json", r#"{"surfaces": "#, "["), ("json", "", r#"{"a":"#)] {
+    for (extension, before, each, told) in [
+        ("json", r#"{"surfaces": "#, "[", "column"),
+        ("json", "", r#"{"a":"#, "column"),
+        ("itd", "", "[OBJECT A\n", "line 257: opens a block within 256 others; no model is nested so deep"),
+        ("itd", "[OBJECT [", "[", "line 1: opens a block within 256 others; no model is nested so deep"),
+        ("itd", "[OBJECT A [FRACTAL", "[", "line 1: opens a block within 256 others; no model is nested so deep"),
+    ] {
         let text = before.to_owned() + &each.repeat(1_000_000);
         let message = refused(&folder.write(&format!("deep.{extension}"), text.as_bytes()));
-        assert!(message.starts_with("FILE: ") && message.contains("column"), "{message}");
+        assert!(message.starts_with("FILE: ") && message.contains(told), "{message}");
     }
 }

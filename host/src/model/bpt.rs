@@ -11,7 +11,7 @@ use penvis_core::view::MAX_DEGREE;
 
 use super::fault::{Fault, ReadError};
 use super::format::ModelFormat;
-use super::import::{Import, Reading, Report};
+use super::import::{Import, MOST_POINTS, Reading, Report};
 use super::mesh::{MOST_FACETS, PROGRESS_STEP};
 use super::source::Source;
 use super::text::{Lines, number, shown};
@@ -22,9 +22,6 @@ pub(super) const FORMAT: ModelFormat =
 
 /// Most patches. Each becomes a surface of about a kilobyte, as a facet of a mesh does.
 const MOST_PATCHES: usize = MOST_FACETS;
-
-/// Most control points of all patches together: as many as that many bicubic patches have.
-const MOST_POINTS: usize = 16 * MOST_PATCHES;
 
 /// Whether a file begins with a number alone, then two whole numbers, then three numbers.
 fn looks_like(head: &[u8]) -> bool {

@@ -7,6 +7,9 @@ use penvis_core::scene::Scene;
 use super::fault::ReadError;
 use super::view::View;
 
+/// Most control points of all free-form surfaces of a file: half a gigabyte, and as many as a million bicubic patches have.
+pub(super) const MOST_POINTS: usize = 1 << 24;
+
 /// What a reader makes of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {

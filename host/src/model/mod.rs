@@ -5,6 +5,7 @@ mod bpt;
 mod fault;
 mod format;
 mod import;
+mod itd;
 mod load;
 mod mesh;
 mod obj;

@@ -33,7 +33,7 @@ pub(super) const MOST_FACETS: usize = 1 << 20;
 pub(super) const MOST_CORNERS: usize = 8 * MOST_FACETS;
 
 /// Most corners of a facet, whose crossings are looked for in pairs.
-const MOST_CORNERS_OF_ONE: usize = 1 << 16;
+pub(super) const MOST_CORNERS_OF_ONE: usize = 1 << 16;
 
 /// How often readers say how far they are, in facets or lines.
 pub(super) const PROGRESS_STEP: usize = 1 << 14;
@@ -63,6 +63,32 @@ impl Precision {
             }
         };
         3_f64.sqrt() * step
+    }
+}
+
+/// Follows the coordinates of a text file, for how finely they are known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Decimals {
+    /// Most digits after the point so far; none if a coordinate had an exponent.
+    most: Option<u32>,
+}
+
+impl Default for Decimals {
+    fn default() -> Self {
+        Self { most: Some(0) }
+    }
+}
+
+impl Decimals {
+    /// Takes note of a coordinate as it is written.
+    pub(super) fn count(&mut self, word: &str) {
+        let digits = word.split_once('.').map_or(0, |(_, digits)| digits.len() as u32);
+        self.most = self.most.filter(|_| !word.contains(['e', 'E'])).map(|most| most.max(digits));
+    }
+
+    /// How finely all of them are known.
+    pub(super) fn precision(self) -> Precision {
+        self.most.map_or(Precision::Single, Precision::Decimals)
     }
 }
 

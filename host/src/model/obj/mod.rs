@@ -16,7 +16,7 @@ use self::freeform::FreeForm;
 use super::fault::{Fault, ReadError};
 use super::format::ModelFormat;
 use super::import::{Import, Reading, Report};
-use super::mesh::{MOST_CORNERS, Mesh, PROGRESS_STEP, Precision};
+use super::mesh::{Decimals, MOST_CORNERS, Mesh, PROGRESS_STEP};
 use super::source::Source;
 use super::text::{Lines, number, shown};
 
@@ -137,8 +137,8 @@ struct File {
     vertices: Vec<DVec4>,
     /// Index in the mesh of each vertex that a facet has.
     in_mesh: Vec<u32>,
-    /// Most decimals of a coordinate; none if one has an exponent.
-    decimals: Option<u32>,
+    /// Of the coordinates of vertices.
+    decimals: Decimals,
     mesh: Mesh,
     free: FreeForm,
     report: Report,
@@ -153,7 +153,7 @@ impl File {
         Self {
             vertices: Vec::new(),
             in_mesh: Vec::new(),
-            decimals: Some(0),
+            decimals: Decimals::default(),
             mesh: Mesh::new("line"),
             free: FreeForm::default(),
             report: Report::default(),
@@ -214,8 +214,7 @@ impl File {
             numbers[count] = number(word)?;
             count += 1;
             if count <= 3 {
-                let digits = word.split_once('.').map_or(0, |(_, digits)| digits.len() as u32);
-                self.decimals = self.decimals.filter(|_| !word.contains(['e', 'E'])).map(|most| most.max(digits));
+                self.decimals.count(word);
             }
         }
         if count < 3 {
@@ -255,8 +254,8 @@ impl File {
             return Err(Fault::whole("has no face and no surface; there is nothing to draw").into());
         }
         self.vertices = Vec::new();
-        let precision = self.decimals.map_or(Precision::Single, Precision::Decimals);
-        let mut surfaces: Vec<SceneSurface> = self.mesh.into_surfaces(precision, reading, &mut report)?;
+        let mut surfaces: Vec<SceneSurface> =
+            self.mesh.into_surfaces(self.decimals.precision(), reading, &mut report)?;
         if surfaces.is_empty() && free.is_empty() {
             return Err(Fault::whole("has no face with an area; there is nothing to draw").into());
         }
