@@ -4,7 +4,9 @@ use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::nurbs::Surface;
+use glam::DMat4;
+
+use crate::nurbs::{NurbsError, Surface};
 use crate::trim::Trims;
 
 /// A surface with the name that messages use for it.
@@ -25,6 +27,20 @@ impl SceneSurface {
     #[must_use]
     pub fn new(name: impl Into<String>, surface: Surface) -> Self {
         Self { name: name.into(), surface, trims: None, facet: None }
+    }
+
+    /// The image under an affine map, with its trims and the shared edges that they name. Positive sides go with the map:
+    /// what points out of a solid points out of its image. So where the map mirrors, u runs backwards, for the normal
+    /// S_u × S_v turns round.
+    ///
+    /// # Errors
+    /// If a coordinate overflows, or the map is projective and a weight is not positive after it.
+    pub fn transformed(&self, map: DMat4) -> Result<Self, NurbsError> {
+        let surface = self.surface.transformed(map)?;
+        let mirrors = map.determinant() < 0.0;
+        let surface = if mirrors { surface.reversed_u() } else { surface };
+        let trims = self.trims.as_ref().map(|trims| if mirrors { trims.reversed_u() } else { trims.clone() });
+        Ok(Self { name: self.name.clone(), surface, trims, facet: self.facet })
     }
 }
 
@@ -75,10 +91,11 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::nurbs::{Curve, KnotVector};
     use crate::shape::{plane, polyline};
     use crate::trim::TrimCurve;
     use alloc::vec;
-    use glam::DVec3;
+    use glam::{DVec2, DVec3};
 
     /// A square whose sides have these numbers.
     fn square(numbers: [u32; 4]) -> Scene {
@@ -104,5 +121,68 @@ mod tests {
         // What was one edge within a scene is still one, and nothing else is.
         assert_eq!(found, [vec![0, 1, 2, 3], vec![2, 4, 4, 0], vec![5, 6, 7, 8]]);
         assert_eq!((joined.name.as_str(), joined.surfaces.len()), ("both", 3));
+    }
+
+    /// A bulging patch of degree 1 × 2 on parameters that are not from 0 to 1, cut by a triangle with a round side.
+    fn trimmed() -> SceneSurface {
+        let [ku, kv] =
+            [(1, [2.0, 5.0]), (2, [-1.0, 0.5])].map(|(degree, range)| KnotVector::bezier(degree, range).unwrap());
+        let net =
+            [[0.0, 0.0, 0.0], [0.0, 1.0, 2.0], [0.0, 3.0, 0.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [2.0, 3.0, 0.5]];
+        let surface = Surface::new(ku, kv, net.map(|p| DVec3::from(p).extend(1.0)).to_vec()).unwrap();
+        let corners = [[2.0, -1.0], [5.0, -1.0], [2.0, 0.5], [2.0, -1.0]].map(|c| DVec3::new(c[0], c[1], 0.0));
+        let side = |k: usize, bulge: f64| {
+            let middle = 0.5 * (corners[k] + corners[k + 1]) + DVec3::new(bulge, bulge, 0.0);
+            let points = [corners[k], middle, corners[k + 1]].map(|p| p.extend(1.0)).to_vec();
+            let curve = Curve::new(KnotVector::bezier(2, [0.0, 1.0]).unwrap(), points).unwrap();
+            TrimCurve { curve, edge: Some(k as u32) }
+        };
+        let sides = vec![side(0, 0.0), side(1, -0.3), side(2, 0.0)];
+        let trims = Trims::oriented(&surface, [false; 2], &[sides]).unwrap();
+        SceneSurface { trims: Some(trims), ..SceneSurface::new("part", surface) }
+    }
+
+    #[test]
+    fn the_image_of_a_surface_has_the_image_of_its_front_and_of_its_trims() {
+        let part = trimmed();
+        let maps = [
+            DMat4::from_scale(DVec3::new(1.0, -2.0, 0.5)),
+            DMat4::from_rotation_x(0.7) * DMat4::from_scale(DVec3::new(3.0, 2.0, 0.5)),
+            DMat4::from_translation(DVec3::new(5.0, 6.0, 7.0)) * DMat4::from_scale(-DVec3::ONE),
+        ];
+        for map in maps {
+            let mirrors = map.determinant() < 0.0;
+            let image = part.transformed(map).unwrap();
+            let (old, new) = (part.trims.as_ref().unwrap(), image.trims.as_ref().unwrap());
+            let (mut inside, mut outside) = (0, 0);
+            for k in 0..400 {
+                let at = DVec2::new(
+                    2.0 + 3.0 * (f64::from(k % 20) + 0.5) / 20.0,
+                    -1.0 + 1.5 * (f64::from(k / 20) + 0.5) / 20.0,
+                );
+                let there = DVec2::new(if mirrors { 7.0 - at.x } else { at.x }, at.y);
+                assert_eq!(old.contains(at), new.contains(there), "{at}");
+                (inside, outside) = if old.contains(at) { (inside + 1, outside) } else { (inside, outside + 1) };
+                let (p, du, dv) = part.surface.derivatives(at.x, at.y);
+                let (q, eu, ev) = image.surface.derivatives(there.x, there.y);
+                assert!(q.abs_diff_eq(map.transform_point3(p), 1e-12), "{at}");
+                // A step off the front of the surface is one off the front of its image.
+                assert!(eu.cross(ev).dot(map.transform_vector3(du.cross(dv))) > 0.0, "{at}");
+            }
+            assert!(inside > 50 && outside > 50, "{inside} {outside}");
+            assert_eq!(numbers(&part), numbers(&image));
+            // What is on the border of the parameter range is so still, and what is kept lies on the same side in space.
+            let borders = |s: &SceneSurface| s.trims.as_ref().unwrap().border_edges().map(|b| b.len());
+            let [low, high, rest @ ..] = borders(&part);
+            assert_eq!(
+                borders(&image),
+                if mirrors { [high, low, rest[0], rest[1]] } else { [low, high, rest[0], rest[1]] }
+            );
+            let sides =
+                |t: &Trims| -> Vec<bool> { t.loops()[0].pieces().iter().filter_map(|p| p.keeps_left()).collect() };
+            assert_eq!(sides(old), sides(new).into_iter().map(|left| left != mirrors).collect::<Vec<_>>());
+        }
+        let back = part.transformed(maps[0]).unwrap().transformed(maps[0].inverse()).unwrap();
+        assert_eq!(back.trims, part.trims);
     }
 }

@@ -32,7 +32,7 @@ pub struct DrawArgs {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Drawing")]
 pub struct DrawingArgs {
-    /// Direction to the eye: front, back, left, right, top, bottom, iso, or X,Y,Z [default: the model's own, or iso]
+    /// Direction to the eye: front, back, left, right, top, bottom, iso, or X,Y,Z [default: the scene's or the model's own, or iso]
     #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
     pub view: Option<String>,
     /// Direction that is upwards on the paper [default: the model's own, or 0,0,1]
@@ -92,9 +92,9 @@ pub struct DrawingArgs {
     /// Give up, with nothing written, if the drawing takes longer than this to compute
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f64>,
-    /// Largest distance in mm between a curve and its polyline
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
-    pub tolerance: f64,
+    /// Largest distance in mm between a curve and its polyline [default: the scene's, or 0.01]
+    #[arg(long, value_name = "MM")]
+    pub tolerance: Option<f64>,
     /// Sheet: a5, a4, a3, a2, letter, legal, or a size such as 200x150mm [default: the scene's, or a4]
     #[arg(long, value_name = "PAPER")]
     pub paper: Option<String>,

@@ -78,7 +78,7 @@ pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<L
 /// Finds what the picture's extent depends on, so that everything made of it lies on the page in the same place.
 pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
     let Loaded { options, progress, started, read, model, settled } = loaded;
-    let view = options.view.resolve(model.view, &model.scene);
+    let view = options.view.or(model.aim).resolve(model.view, &model.scene);
     let camera = view.camera()?;
     let wanted = pipeline::DrawOptions {
         deepest: settled.deepest,
@@ -106,7 +106,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
-    let tolerance = layout.to_screen_length(options.tolerance_mm);
+    let tolerance = layout.to_screen_length(settled.tolerance_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let mut seconds = watch.finish();
 

@@ -119,9 +119,7 @@ pub struct DrawingOptions {
     pub time_limit: Option<Duration>,
     /// How visibility is found.
     pub visibility: Method,
-    /// Largest distance in mm between a curve and its polyline.
-    pub tolerance_mm: f64,
-    /// The sheet and its margins.
+    /// The sheet, its margins, and how exact the drawing on it is.
     pub sheet: SheetChoice,
 }
 
@@ -131,7 +129,12 @@ impl DrawingOptions {
     /// # Errors
     /// [`OptionError`] with the option and what it takes.
     pub fn new(models: &[String], args: &DrawingArgs) -> Result<Self, OptionError> {
-        let sheet = SheetChoice { paper: args.paper.clone(), orientation: orientation(args), margin_mm: args.margin };
+        let sheet = SheetChoice {
+            paper: args.paper.clone(),
+            orientation: orientation(args),
+            margin_mm: args.margin,
+            tolerance_mm: args.tolerance,
+        };
         if let Some(margin_mm) = args.margin
             && !(margin_mm.is_finite() && margin_mm >= 0.0)
         {
@@ -141,8 +144,10 @@ impl DrawingOptions {
         if sheet.paper.is_some() {
             Layout::room(page, margin_mm)?;
         }
-        if !(args.tolerance.is_finite() && args.tolerance > 0.0) {
-            return Err(bad("--tolerance", args.tolerance, "is not a positive length in mm; 0.01 is a good one"));
+        if let Some(mm) = args.tolerance
+            && !(mm.is_finite() && mm > 0.0)
+        {
+            return Err(bad("--tolerance", mm, "is not a positive length in mm; 0.01 is a good one"));
         }
         if let Some(angle) = args.crease_angle.filter(|angle| !(0.0..=180.0).contains(angle)) {
             let problem = format!("is not an angle from 0 to 180 degrees; {MESH_CREASE_DEGREES} is a good one");
@@ -192,7 +197,6 @@ impl DrawingOptions {
             deepest,
             visibility,
             time_limit,
-            tolerance_mm: args.tolerance,
             sheet,
         })
     }

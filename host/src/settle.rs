@@ -17,6 +17,8 @@ pub struct Settled {
     pub page: Page,
     /// Margin on all sides in mm.
     pub margin_mm: f64,
+    /// Largest distance in mm between a curve and its polyline.
+    pub tolerance_mm: f64,
     /// What of each surface is drawn.
     pub styles: Styles,
     /// The pens.
@@ -35,7 +37,8 @@ impl Settled {
     /// # Errors
     /// If a sheet is none, or the margins leave nothing of it.
     pub fn new(options: &DrawingOptions, model: &Model) -> Result<Self, OptionError> {
-        let (page, margin_mm) = options.sheet.or(&model.sheet).settle()?;
+        let sheet = options.sheet.or(&model.sheet);
+        let (page, margin_mm) = sheet.settle()?;
         Layout::room(page, margin_mm)?;
         let choices = choices(model);
         let looks: Vec<(Style, Ink)> = choices.iter().map(|&c| look(options, c)).collect();
@@ -52,6 +55,7 @@ impl Settled {
         Ok(Self {
             page,
             margin_mm,
+            tolerance_mm: sheet.settled_tolerance_mm(),
             styles: Styles::new(styles),
             inks: Inks::new(inks),
             adaptive,

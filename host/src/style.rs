@@ -22,6 +22,9 @@ pub(crate) const MOST_ISOS: u32 = 1000;
 /// Sheet when none is asked for.
 const DEFAULT_PAPER: &str = "a4";
 
+/// Distance in mm between a curve and its polyline when none is asked for: a tenth of the width of the finest pens.
+const DEFAULT_TOLERANCE_MM: f64 = 0.01;
+
 /// What is asked of the drawing of an object; what is left open is for others to say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StyleChoice {
@@ -48,7 +51,7 @@ impl StyleChoice {
     }
 }
 
-/// What is asked of the sheet.
+/// What is asked of the sheet and of what is on it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SheetChoice {
     /// Name or size; one that [`page::sheet`] knows.
@@ -57,6 +60,8 @@ pub struct SheetChoice {
     pub orientation: Option<Orientation>,
     /// Margin on all sides in mm, finite and not negative.
     pub margin_mm: Option<f64>,
+    /// Largest distance in mm between a curve and its polyline, finite and positive.
+    pub tolerance_mm: Option<f64>,
 }
 
 impl SheetChoice {
@@ -68,7 +73,14 @@ impl SheetChoice {
             paper: self.paper.clone().or_else(|| other.paper.clone()),
             orientation: self.orientation.or(below),
             margin_mm: self.margin_mm.or(other.margin_mm),
+            tolerance_mm: self.tolerance_mm.or(other.tolerance_mm),
         }
+    }
+
+    /// Largest distance in mm between a curve and its polyline.
+    #[must_use]
+    pub fn settled_tolerance_mm(&self) -> f64 {
+        self.tolerance_mm.unwrap_or(DEFAULT_TOLERANCE_MM)
     }
 
     /// The sheet and the margin on all sides in mm.
@@ -121,8 +133,12 @@ mod tests {
         let below = StyleChoice { isos: Some(5), pen: Some(2), hidden: Some(Hidden::Layer), ..StyleChoice::default() };
         let both = above.or(below);
         assert_eq!((both.isos, both.pen, both.hidden, both.curves), (Some(3), Some(2), Some(Hidden::Omit), None));
-        let stated =
-            SheetChoice { paper: Some("a5".into()), orientation: Some(Orientation::Portrait), margin_mm: Some(3.0) };
+        let stated = SheetChoice {
+            paper: Some("a5".into()),
+            orientation: Some(Orientation::Portrait),
+            margin_mm: Some(3.0),
+            ..SheetChoice::default()
+        };
         let size = |choice: &SheetChoice| choice.settle().map(|(page, margin)| (page.width_mm, margin)).unwrap();
         assert_eq!(size(&SheetChoice::default().or(&stated)), (148.0, 3.0));
         // The scene held its own sheet upright, not this one.

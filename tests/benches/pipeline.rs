@@ -25,7 +25,7 @@ fn stages(c: &mut Criterion) {
         let asked = options(&[name]);
         let (page, margin_mm) = asked.sheet.settle().expect("a sheet");
         let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
-        let tolerance = layout.to_screen_length(asked.tolerance_mm);
+        let tolerance = layout.to_screen_length(asked.sheet.settled_tolerance_mm());
         let traced = prepared.trace(tolerance, &()).expect("nothing stops it");
         group.bench_function("project, stitch and extract", |b| b.iter(prepare));
         group.bench_function("split and see", |b| b.iter(|| prepared.sightings(&()).expect("nothing stops it")));

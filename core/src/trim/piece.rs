@@ -79,6 +79,26 @@ impl TrimPiece {
         self
     }
 
+    /// The mirror image in the middle of the range [a, b] of u, which it runs along as before: what was on its left is on
+    /// its right.
+    pub(super) fn mirrored_u(&self, [a, b]: [f64; 2]) -> Self {
+        // As knots are mirrored, so that what was at a knot still is. Both borders become each other exactly, and what is
+        // between stays there.
+        let mirror = |u: f64| {
+            if u == a {
+                b
+            } else if u == b {
+                a
+            } else {
+                (a + (b - u)).clamp(a, b)
+            }
+        };
+        let end = |p: DVec2| DVec2::new(mirror(p.x), p.y);
+        let points = self.points.iter().map(|h| DVec3::new(a * h.z + (b * h.z - h.x), h.y, h.z)).collect();
+        let image = Self { points, left: self.left.map(|left| !left), ..self.clone() };
+        image.with_ends(end(self.from), end(self.to))
+    }
+
     /// The parts before and after `s`, which have the point `at` in common, or else the curve's.
     fn split(&self, s: f64, at: Option<DVec2>) -> (Self, Self) {
         let mut right = self.points.clone();

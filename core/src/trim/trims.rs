@@ -277,6 +277,14 @@ impl Trims {
         self
     }
 
+    /// The trims of the surface with [u run backwards](Surface::reversed_u).
+    #[must_use]
+    pub fn reversed_u(&self) -> Self {
+        let mirrored = |p: &TrimPiece| p.mirrored_u([self.lo.x, self.hi.x]);
+        let loops = self.loops.iter().map(|l| TrimLoop { pieces: l.pieces.iter().map(mirrored).collect() });
+        Self { loops: loops.collect(), ..*self }
+    }
+
     /// Whether the loop turns at the joint between two neighbouring pieces.
     #[must_use]
     pub fn is_corner(&self, before: &TrimPiece, after: &TrimPiece) -> bool {

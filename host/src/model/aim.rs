@@ -28,6 +28,13 @@ pub struct ViewChoice {
 }
 
 impl ViewChoice {
+    /// This choice, and what it leaves open as another one says. An up goes with its direction.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        let below = if self.direction.is_some() { None } else { other.up };
+        Self { direction: self.direction.or(other.direction), up: self.up.or(below), angle: self.angle.or(other.angle) }
+    }
+
     /// The view of a scene that is stored with `stored`, if with any.
     ///
     /// A perspective places the eye so that the bounding sphere of the control points fills its angle.

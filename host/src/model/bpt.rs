@@ -11,7 +11,7 @@ use penvis_core::view::MAX_DEGREE;
 
 use super::fault::{Fault, ReadError};
 use super::format::ModelFormat;
-use super::import::{Import, MOST_POINTS, Reading, Report};
+use super::import::{Import, MOST_POINTS, Reading};
 use super::mesh::{MOST_FACETS, PROGRESS_STEP};
 use super::source::Source;
 use super::text::{Lines, number, shown};
@@ -57,7 +57,7 @@ fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Import, ReadError>
         }
     }
     let surfaces = list.finish().map_err(|problem| Fault::line(lines.number(), problem))?;
-    Ok(Import { scene: Scene { name, surfaces }, view: None, report: Report::default() })
+    Ok(Import { scene: Scene { name, surfaces }, ..Import::default() })
 }
 
 /// A patch whose control points are not all read.

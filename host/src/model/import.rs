@@ -1,22 +1,37 @@
 //! What a reader makes of a file, and what it has to say about it.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use penvis_core::scene::Scene;
 
-use super::fault::ReadError;
+use super::aim::ViewChoice;
+use super::fault::{Fault, ReadError};
+use super::load::ModelFile;
 use super::view::View;
+use crate::style::{SheetChoice, StyleChoice};
 
 /// Most control points of all free-form surfaces of a file: half a gigabyte, and as many as a million bicubic patches have.
 pub(super) const MOST_POINTS: usize = 1 << 24;
 
 /// What a reader makes of a file.
+///
+/// A format that has surfaces and nothing else fills in `scene` and `report`. The rest gives way to the command line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
     /// The surfaces.
     pub scene: Scene,
     /// The view that the file states, if it does.
     pub view: Option<View>,
+    /// What it asks of the view, whichever model that is of.
+    pub aim: ViewChoice,
+    /// What it asks of the drawing of ranges of surfaces; a later one counts where they overlap.
+    pub styles: Vec<(Range<usize>, StyleChoice)>,
+    /// What it asks of the sheet.
+    pub sheet: SheetChoice,
+    /// The files that it refers to, in the order of their surfaces.
+    pub files: Vec<ModelFile>,
     /// What there is to say about it.
     pub report: Report,
 }
@@ -44,9 +59,14 @@ impl Report {
 }
 
 /// What readers are told, and whom they tell how far they are.
+#[derive(Clone)]
 pub struct Reading<'a> {
     /// Two facets of a mesh that meet at no more than this angle, in radians, stand for one smooth surface.
     pub crease_angle: f64,
+    /// Whether that was asked for, so that no file can choose another one.
+    is_angle_asked: bool,
+    /// The files that are being read because of each other, the outermost first.
+    chain: Vec<PathBuf>,
     watch: &'a dyn Watch,
 }
 
@@ -69,17 +89,53 @@ impl Watch for () {}
 /// angle between the sides of a hexagon. Coarser meshes are seldom meant to be smooth.
 pub const MESH_CREASE_DEGREES: f64 = 30.0;
 
+/// Most files that are read because of each other. Each level has its own frames on the stack and its own copy of the surfaces.
+const DEEPEST: usize = 16;
+
 impl<'a> Reading<'a> {
     /// With the usual options.
     #[must_use]
     pub fn new(watch: &'a dyn Watch) -> Self {
-        Self { crease_angle: MESH_CREASE_DEGREES.to_radians(), watch }
+        let crease_angle = MESH_CREASE_DEGREES.to_radians();
+        Self { crease_angle, is_angle_asked: false, chain: Vec::new(), watch }
     }
 
     /// The same, but facets that meet at no more than this angle, in radians, stand for one smooth surface.
     #[must_use]
     pub fn with_crease_angle(self, crease_angle: f64) -> Self {
-        Self { crease_angle, ..self }
+        Self { crease_angle, is_angle_asked: true, ..self }
+    }
+
+    /// The same, but with this crease angle, if any, unless another one was asked for: what is said nearer to the command
+    /// line goes first.
+    #[must_use]
+    pub fn or_crease_angle(self, crease_angle: Option<f64>) -> Self {
+        match crease_angle {
+            Some(angle) if !self.is_angle_asked => self.with_crease_angle(angle),
+            _ => self,
+        }
+    }
+
+    /// The same, for files to which the one at `path` refers.
+    ///
+    /// # Errors
+    /// If that file is being read already, or too many are because of each other.
+    pub fn within(&self, path: &Path) -> Result<Self, Fault> {
+        // A path that cannot be resolved is of a file that cannot be read, which is for its reader to say.
+        let own = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        if self.chain.contains(&own) {
+            return Err(Fault::whole(
+                "refers to itself, directly or through other files; a file cannot be a part of itself",
+            ));
+        }
+        if self.chain.len() == DEEPEST {
+            return Err(Fault::whole(format!(
+                "is the last of {DEEPEST} files that refer one to the next; join some of them"
+            )));
+        }
+        let mut chain = self.chain.clone();
+        chain.push(own);
+        Ok(Self { chain, ..self.clone() })
     }
 
     /// Says that `done` of `total` parts are read.

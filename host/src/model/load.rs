@@ -8,9 +8,10 @@ use glam::DVec3;
 use penvis_core::scene::Scene;
 use thiserror::Error;
 
+use super::aim::ViewChoice;
 use super::fault::ReadError;
 use super::format;
-use super::import::{Reading, Report};
+use super::import::{Import, Reading, Report};
 use super::source::Source;
 use super::view::View;
 use crate::builtin;
@@ -27,11 +28,13 @@ pub struct Model {
     pub scene: Scene,
     /// The view of the first model that has one.
     pub view: Option<View>,
+    /// What that model asks of the view beyond it.
+    pub aim: ViewChoice,
     /// What is asked of the drawing of ranges of surfaces; a later one counts where they overlap.
     pub styles: Vec<(Range<usize>, StyleChoice)>,
     /// What the first model that says something about it asks of the sheet.
     pub sheet: SheetChoice,
-    /// The files, in the order of their surfaces.
+    /// The files, in the order of their surfaces; one that refers to others goes before them.
     pub files: Vec<ModelFile>,
 }
 
@@ -124,7 +127,9 @@ pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError
         let shifted = |r: Range<usize>| before + r.start..before + r.end;
         let moved = |f: ModelFile| ModelFile { surfaces: shifted(f.surfaces.clone()), ..f };
         joined.files.extend(model.files.into_iter().map(moved));
-        joined.view = joined.view.or(model.view);
+        if joined.view.is_none() && joined.aim == ViewChoice::default() {
+            (joined.view, joined.aim) = (model.view, model.aim);
+        }
         joined.styles.extend(model.styles.into_iter().map(|(range, style)| (shifted(range), style)));
         joined.sheet = joined.sheet.or(&model.sheet);
         before += model.scene.surfaces.len();
@@ -140,11 +145,18 @@ fn load_one(spec: &str, reading: &Reading<'_>) -> Result<Model, ModelError> {
     if bare && let Some(model) = builtin::load(spec) {
         return Ok(Model { scene: model.scene, view: Some(model.view), ..Model::default() });
     }
-    let path = Path::new(spec);
+    load_file(Path::new(spec), reading)
+}
+
+/// Loads the model in a file.
+///
+/// # Errors
+/// If it is not there or cannot be read.
+pub(super) fn load_file(path: &Path, reading: &Reading<'_>) -> Result<Model, ModelError> {
+    let file = path.to_string_lossy().into_owned();
     if !path.exists() {
-        return Err(ModelError::Unknown { spec: spec.to_owned() });
+        return Err(ModelError::Unknown { spec: file });
     }
-    let file = spec.to_owned();
     let mut source = Source::open(path).map_err(|source| ModelError::Open { file: file.clone(), source })?;
     let Some(format) = format::format_of(&source, path) else {
         return Err(ModelError::Kind { file });
@@ -153,10 +165,11 @@ fn load_one(spec: &str, reading: &Reading<'_>) -> Result<Model, ModelError> {
         ReadError::Stopped => ModelError::Stopped { file: file.clone() },
         source => ModelError::Read { file: file.clone(), source },
     })?;
-    check_size(&import.scene, spec)?;
-    let (surfaces, report) = (0..import.scene.surfaces.len(), import.report);
-    let files = vec![ModelFile { file, format: format.name, surfaces, report }];
-    Ok(Model { scene: import.scene, view: import.view, files, ..Model::default() })
+    check_size(&import.scene, &file)?;
+    let Import { scene, view, aim, styles, sheet, files: others, report } = import;
+    let mut files = vec![ModelFile { file, format: format.name, surfaces: 0..scene.surfaces.len(), report }];
+    files.extend(others);
+    Ok(Model { scene, view, aim, styles, sheet, files })
 }
 
 /// Refuses sizes whose powers overflow or vanish.

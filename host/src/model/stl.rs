@@ -63,7 +63,7 @@ fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Import, ReadError>
     if surfaces.is_empty() {
         return Err(Fault::whole("has no triangle with an area; there is nothing to draw").into());
     }
-    Ok(Import { scene: Scene { name, surfaces }, view: None, report })
+    Ok(Import { scene: Scene { name, surfaces }, report, ..Import::default() })
 }
 
 /// How the normals in a file go with the corners. They are not used.

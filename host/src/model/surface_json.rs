@@ -11,7 +11,7 @@ use serde_path_to_error::{Path, Segment};
 
 use super::fault::Fault;
 use super::format::ModelFormat;
-use super::import::{Import, Report};
+use super::import::Import;
 use super::view::{View, ViewJson};
 
 /// Surfaces with their control points, knots and trims, as JSON.
@@ -22,7 +22,7 @@ pub(super) const FORMAT: ModelFormat = ModelFormat {
     read: |source, _| {
         let stem = source.stem().to_owned();
         let (scene, view) = read(source.text()?, &stem)?;
-        Ok(Import { scene, view, report: Report::default() })
+        Ok(Import { scene, view, ..Import::default() })
     },
 };
 

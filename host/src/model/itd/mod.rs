@@ -273,7 +273,7 @@ impl<R: BufRead> File<'_, R> {
             report.kinds.insert("free-form surface".to_owned(), self.surfaces.len());
         }
         surfaces.extend(self.surfaces);
-        Ok(Import { scene: Scene { name, surfaces }, view: None, report })
+        Ok(Import { scene: Scene { name, surfaces }, report, ..Import::default() })
     }
 }
 

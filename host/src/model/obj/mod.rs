@@ -263,7 +263,7 @@ impl File {
             report.kinds.insert("free-form surface".to_owned(), free.len());
         }
         surfaces.extend(free);
-        Ok(Import { scene: Scene { name, surfaces }, view: None, report })
+        Ok(Import { scene: Scene { name, surfaces }, report, ..Import::default() })
     }
 }
 
