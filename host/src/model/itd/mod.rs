@@ -1,10 +1,11 @@
 //! The reader of IRIT data trees: free-form surfaces, trimmed or not, and polygons.
 //!
 //! A file is a tree of blocks in brackets: `[OBJECT NAME …]` holds other objects or geometry, such as `[SURFACE …]`,
-//! `[TRIMSRF …]` or `[POLYGON …]`. Attributes, blocks too, come before what they belong to, and carry no shape; comments
+//! `[TRIMSRF …]`, `[MODEL …]` or `[POLYGON …]`. Attributes, blocks too, come before what they belong to, and carry no shape; comments
 //! stand between blocks. Written after the section on the data file format of the user's manual of IRIT (G. Elber), also
 //! at <https://paulbourke.net/dataformats/irit>. Polygons become a [mesh](super::mesh).
 
+mod model;
 mod spline;
 #[cfg(test)]
 mod tests;
@@ -43,7 +44,6 @@ const SKIPPED: &[(&str, &str)] = &[
     ("CTLPT", "control points (CTLPT)"),
     ("MATRIX", "matrices (MATRIX)"),
     ("INSTANCE", "instances (INSTANCE)"),
-    ("MODEL", "models of trimmed surfaces (MODEL)"),
     ("TRISRF", "triangular patches (TRISRF)"),
     ("TRIVAR", "trivariates (TRIVAR)"),
     ("MULTIVAR", "multivariates (MULTIVAR)"),
@@ -73,6 +73,7 @@ fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Import, ReadError>
         decimals: Decimals::default(),
         objects: Vec::new(),
         surfaces: Vec::new(),
+        edges: 0,
         report: Report::default(),
         unknown: 0,
     };
@@ -90,6 +91,8 @@ struct File<'a, R> {
     /// Names of the objects that are open; that of the one around it for an object without a name.
     objects: Vec<String>,
     surfaces: Vec<SceneSurface>,
+    /// Number of the next edge that surfaces of models share.
+    edges: u32,
     report: Report,
     /// Kinds of blocks that are not known.
     unknown: usize,
@@ -125,6 +128,12 @@ impl<R: BufRead> File<'_, R> {
             "TRIMSRF" => {
                 let trimmed = trimmed::trimmed(&mut self.tokens, &mut self.splines)?;
                 self.add(trimmed, line)
+            }
+            "MODEL" => {
+                for (line, part) in model::model(&mut self.tokens, &mut self.splines, &mut self.edges)? {
+                    self.add(part, line)?;
+                }
+                Ok(())
             }
             "POLYGON" => self.polygon(line),
             "POLYSTRIP" => self.strip(line),
@@ -265,15 +274,16 @@ impl<R: BufRead> File<'_, R> {
             let but = if skipped.is_empty() { String::new() } else { format!(", but {}", skipped.join(", ")) };
             return Err(Fault::whole(format!("has no surface and no polygon{but}; there is nothing to draw")).into());
         }
-        let mut surfaces = self.mesh.into_surfaces(self.decimals.precision(), reading, &mut report)?;
+        let surfaces = self.mesh.into_surfaces(self.decimals.precision(), reading, &mut report)?;
         if surfaces.is_empty() && self.surfaces.is_empty() {
             return Err(Fault::whole("has no polygon with an area; there is nothing to draw").into());
         }
         if !self.surfaces.is_empty() {
             report.kinds.insert("free-form surface".to_owned(), self.surfaces.len());
         }
-        surfaces.extend(self.surfaces);
-        Ok(Import { scene: Scene { name, surfaces }, report, ..Import::default() })
+        // Both number the edges that they share from 0.
+        let scenes = [surfaces, self.surfaces].map(|surfaces| Scene { name: String::new(), surfaces });
+        Ok(Import { scene: Scene::joined(name, scenes), report, ..Import::default() })
     }
 }
 

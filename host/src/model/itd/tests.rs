@@ -1,4 +1,7 @@
 use glam::DVec2;
+use penvis_core::pipeline::{DrawOptions, Prepared};
+use penvis_core::stroke::CurveKind;
+use penvis_core::view::Camera;
 use proptest::prelude::*;
 
 use super::*;
@@ -47,6 +50,29 @@ const TRIMMED: &str = "[OBJECT SHEET
       [TRIMCRVSEG [CURVE BSPLINE 9 3 P3 [KV 0 0 0 1 1 2 2 3 3 4 4 4]
         [1 2.5 1 0] [0.7071068 1.7677670 1.0606602 0] [1 2 1.5 0] [0.7071068 1.0606602 1.0606602 0] [1 1.5 1 0]
         [0.7071068 1.0606602 0.3535534 0] [1 2 0.5 0] [0.7071068 1.7677670 0.3535534 0] [1 2.5 1 0]]]]]]";
+
+/// A floor and a wall that meet along y = 0, each 2 × 1; their common edge is a parabola in the floor's parameters, and a
+/// straight line in the wall's. The loop of the floor goes round clockwise. The wall has a hole.
+const MODEL: &str = "[OBJECT CORNER
+  [MODEL 2 8
+    [MDLTSRF 1
+      [SURFACE BEZIER 2 2 E3 [0 0 0] [2 0 0] [0 1 0] [2 1 0]]
+      [MDLLOOP -4 -3 -2 -1]]
+    [MDLTSRF 2
+      [SURFACE BEZIER 2 2 E3 [0 0 0] [2 0 0] [0 0 1] [2 0 1]]
+      [MDLLOOP 1 5 6 7]
+      [MDLLOOP 8]]
+    [MDLTSEG 7 1 2
+      [CURVE BEZIER 3 E2 [0 0] [0.5 0.001] [1 0]]
+      [CURVE BEZIER 2 E2 [0 0] [1 0]]
+      [CURVE BEZIER 2 E3 [0 0 0] [2 0 0]]]
+    [MDLTSEG 1 1 0 [CURVE BEZIER 2 E2 [1 0] [1 1]]]
+    [MDLTSEG 1 1 0 [CURVE BEZIER 2 E2 [1 1] [0 1]]]
+    [MDLTSEG 2 0 1 [CURVE BEZIER 2 E2 [0 1] [0 0]]]
+    [MDLTSEG 1 2 0 [CURVE BEZIER 2 E2 [1 0] [1 1]]]
+    [MDLTSEG 1 2 0 [CURVE BEZIER 2 E2 [1 1] [0 1]]]
+    [MDLTSEG 1 2 0 [CURVE BEZIER 2 E2 [0 1] [0 0]]]
+    [MDLTSEG 1 2 0 [CURVE BSPLINE 4 2 E2 [KV 0 0 1 2 3 3] [0.4 0.4] [0.6 0.4] [0.5 0.6] [0.4 0.4]]]]]";
 
 fn import(text: &str) -> Result<Import, ReadError> {
     let mut source = Source::from_bytes("tree", text.as_bytes().to_vec())?;
@@ -124,6 +150,61 @@ fn trims_keep_what_is_inside_by_the_even_odd_rule() {
 }
 
 #[test]
+fn surfaces_of_a_model_share_their_edges() {
+    let scene = import(MODEL).unwrap().scene;
+    let names: Vec<&str> = scene.surfaces.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["CORNER", "CORNER"]);
+    let trims: Vec<&Trims> = scene.surfaces.iter().map(|s| s.trims.as_ref().unwrap()).collect();
+    // Pieces are parts of curves: those that follow one another along an edge are one.
+    let shared = |trims: &Trims| {
+        let mut runs: Vec<(DVec2, DVec2, u32)> = Vec::new();
+        for p in trims.loops().iter().flat_map(|l| l.pieces()) {
+            match (runs.last_mut(), p.edge()) {
+                (Some(run), Some(edge)) if run.2 == edge && run.1 == p.from() => run.1 = p.to(),
+                (_, Some(edge)) => runs.push((p.from(), p.to(), edge)),
+                _ => {}
+            }
+        }
+        runs
+    };
+    // The surface is on the left of its edges, so that the two go along the common one in opposite directions in space,
+    // or in the same direction in parameters.
+    for trims in &trims {
+        assert_eq!(shared(trims), [(DVec2::ZERO, DVec2::X, 0)]);
+        assert!(trims.loops().iter().flat_map(|l| l.pieces()).all(|p| p.keeps_left() == Some(true)));
+    }
+    assert!(trims[0].contains(DVec2::new(0.5, 0.1)) && !trims[0].contains(DVec2::new(0.5, 0.0001)));
+    assert!(trims[1].contains(DVec2::new(0.2, 0.5)) && !trims[1].contains(DVec2::new(0.5, 0.5)));
+    // The common edge is inked once, although its sides are up to 0.0005 apart.
+    let camera = Camera::orthographic(DVec3::new(0.3, 1.0, 1.0), DVec3::Z).unwrap();
+    let options = DrawOptions { isos: 0, ..DrawOptions::default() };
+    let traced = Prepared::new(&scene, &camera, &options, &()).unwrap().trace(1e-6, &()).unwrap();
+    let ink = |is_crease: bool| -> f64 {
+        let wanted = traced.strokes.iter().filter(|s| (s.kind == CurveKind::Crease) == is_crease);
+        wanted.flat_map(|s| s.points.windows(2)).map(|w| w[0].model.distance(w[1].model)).sum()
+    };
+    assert!((ink(true) - 2.0).abs() < 1e-4, "{}", ink(true));
+    // Three sides of each, and a hole.
+    assert!((ink(false) - (4.0 + 4.0 + 0.4 + 2.0 * 0.08_f64.sqrt())).abs() < 1e-4, "{}", ink(false));
+    // Two models have nothing in common.
+    let twice = import(&MODEL.repeat(2)).unwrap().scene;
+    let edges: Vec<u32> = twice.surfaces.iter().map(|s| shared(s.trims.as_ref().unwrap())[0].2).collect();
+    assert_eq!(edges, [0, 0, 1, 1]);
+    // A seam is gone along once each way.
+    let tube = "[OBJECT A [MODEL 1 3 [MDLTSRF 1
+        [SURFACE BSPLINE 3 2 2 2 E3 [KV 0 0 1 2 2] [KV 0 0 1 1] [0 0 0] [1 1 0] [0 0 0] [0 0 1] [1 1 1] [0 0 1]]
+        [MDLLOOP 1 2 3 -2]]
+        [MDLTSEG 1 1 0 [CURVE BEZIER 2 E2 [0 0] [2 0]]]
+        [MDLTSEG 3 1 1 [CURVE BEZIER 2 E2 [2 0] [2 1]] [CURVE BEZIER 2 E2 [0 0] [0 1]]]
+        [MDLTSEG 1 1 0 [CURVE BEZIER 2 E2 [2 1] [0 1]]]]]";
+    let scene = import(tube).unwrap().scene;
+    assert_eq!(
+        shared(scene.surfaces[0].trims.as_ref().unwrap()),
+        [(DVec2::new(2.0, 0.0), DVec2::new(2.0, 1.0), 0), (DVec2::new(0.0, 1.0), DVec2::ZERO, 0)]
+    );
+}
+
+#[test]
 fn the_teapot_comes_back_as_it_was_written() {
     let teapot = builtin::load("teapot").unwrap().scene;
     let mut text = "[OBJECT TEAPOT\n".to_owned();
@@ -188,7 +269,35 @@ fn what_is_not_drawn_is_named_and_counted() {
 fn what_is_wrong_is_said_with_its_line() {
     let tree = |from: &str, to: &str| TREE.replacen(from, to, 1);
     let trimmed = |from: &str, to: &str| TRIMMED.replacen(from, to, 1);
+    let model = |from: &str, to: &str| MODEL.replacen(from, to, 1);
     let table = [
+        (
+            model("MODEL 2 8", "MODEL 3 8"),
+            "line 2: begins a MODEL of 3 surfaces, but has 2; it is cut off or its head wrong",
+        ),
+        (
+            model("MODEL 2 8", "MODEL 2 1000000000"),
+            "line 2: begins a MODEL of 1000000000 segments, but has 8; it is cut off or its head wrong",
+        ),
+        (model("MDLTSRF 2", "MDLTSRF 3"), "line 9: ends the MDLTSRF of line 6 after 2 of 3 loops"),
+        (model("MDLLOOP 8", "MDLLOOP 9"), "line 9: refers to segment 9 of 8 that the model has"),
+        (model("MDLLOOP 8", "MDLLOOP 0"), "line 9: refers to segment 0 of 8 that the model has"),
+        (
+            model("MDLLOOP 8", "MDLLOOP -9223372036854775808"),
+            "line 9: refers to segment -9223372036854775808 of 8 that the model has",
+        ),
+        (model("MDLLOOP 8", "MDLLOOP 2"), "line 9: refers to segment 2, which has no curve in surface 2"),
+        (model("MDLLOOP 8", "MDLLOOP x"), "line 9: has `x` where the number of a segment is expected"),
+        (
+            model("MDLLOOP 8", "MDLLOOP 5"),
+            "line 9: has an MDLLOOP that is wrong: trim loop 1: curve 0 ends at (1, 1), but the next one begins at (1, 0); make the curves meet end to end, and the last one the first",
+        ),
+        (model("MDLTSEG 7 1 2", "MDLTSEG 7 1 3"), "line 10: refers to surface 3 of 2 that the model has"),
+        (model("MDLTSEG 7 1 2", "MDLTSEG 8 1 2"), "line 10: has `8` where a mask of curves, 0 to 7, is expected"),
+        (
+            model("MDLTSEG 1 1 0", "MDLTSEG 5 1 0"),
+            "line 14: ends the MDLTSEG of line 14, which lacks a curve that its mask announces",
+        ),
         (String::new(), "is empty"),
         ("\n".to_owned(), "has no surface and no polygon; there is nothing to draw"),
         (tree("E3", "E0"), "line 6: has `E0` where a type of points, such as E3 or P3, is expected"),
@@ -281,10 +390,10 @@ fn what_is_wrong_is_said_with_its_line() {
 proptest! {
     #[test]
     fn mutated_files_never_panic(
-        trimmed in any::<bool>(), at in any::<prop::sample::Index>(), len in 0_usize..30,
+        which in 0_usize..3, at in any::<prop::sample::Index>(), len in 0_usize..30,
         with in "([-0-9. \n\\[\\]\"eEPK]|OBJECT |CURVE |KVP ){0,8}",
     ) {
-        let mut text = if trimmed { TRIMMED } else { TREE }.to_owned();
+        let mut text = [TREE, TRIMMED, MODEL][which].to_owned();
         let at = at.index(text.len());
         let end = (at + len).min(text.len());
         text.replace_range(at..end, &with);

@@ -95,7 +95,7 @@ fn trim_loop<R: BufRead>(tokens: &mut Tokens<'_, R>, splines: &mut Splines) -> R
 }
 
 /// Reads the beginning of a block and its keyword, in capitals; none at the end of the block around it.
-fn block<R: BufRead>(tokens: &mut Tokens<'_, R>) -> Result<Option<String>, ReadError> {
+pub(super) fn block<R: BufRead>(tokens: &mut Tokens<'_, R>) -> Result<Option<String>, ReadError> {
     match tokens.next()? {
         Kind::Open => {}
         Kind::Close => return Ok(None),
