@@ -26,6 +26,8 @@ enum Command {
     Info(command::info::InfoArgs),
     /// Draw a model, or a file for a plotter, with a plotter or a simulated one
     Plot(Box<command::plot::PlotArgs>),
+    /// Print or write a scene file to begin with
+    Scene(command::scene::SceneArgs),
     /// List the serial ports
     Ports(command::ports::PortsArgs),
     /// List the plotters, or print the profile of one
@@ -42,6 +44,7 @@ impl Cli {
             Command::Draw(args) => command::draw::run(args)?,
             Command::Info(args) => command::info::run(args)?,
             Command::Plot(args) => command::plot::run(args)?,
+            Command::Scene(args) => command::scene::run(args)?,
             Command::Ports(args) => command::ports::run(args)?,
             Command::Devices(args) => command::devices::run(args)?,
         }
@@ -53,7 +56,7 @@ impl Cli {
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum CliError {
-    /// From `penvis draw` and `penvis info`.
+    /// From `penvis draw`, `penvis info` and `penvis scene`.
     #[error(transparent)]
     Drawing(#[from] Error),
     /// From `penvis devices`.

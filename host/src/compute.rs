@@ -8,7 +8,7 @@ use penvis_core::pipeline::{self, Monitor, PictureError, Prepared, Stage};
 use crate::drawing::{Drawing, Page};
 use crate::error::Error;
 use crate::interrupt;
-use crate::model::{self, Model, ModelError, Reading, View};
+use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
 use crate::page::{self, Hatching, Layout};
 use crate::progress::Progress;
@@ -44,6 +44,12 @@ impl Loaded<'_> {
     #[must_use]
     pub fn page(&self) -> Page {
         self.settled.page
+    }
+
+    /// The files that the model comes from.
+    #[must_use]
+    pub fn files(&self) -> &[ModelFile] {
+        &self.model.files
     }
 }
 

@@ -66,6 +66,12 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file that is not to be replaced.
+    #[error("{path} is there already, and is left as it is; give the new file another name", path = path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
     /// JSON cannot be made.
     #[error("{path}: {source}", path = path.display())]
     Json {

@@ -13,7 +13,7 @@ use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::Format;
 use crate::isocurves::{self, Isocurves};
-use crate::model::{MESH_CREASE_DEGREES, ViewChoice, aim};
+use crate::model::{MESH_CREASE_DEGREES, ModelFile, ViewChoice, aim};
 use crate::page::{Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
 use crate::style::{self, SheetChoice, StyleChoice};
 
@@ -310,6 +310,23 @@ impl DrawOptions {
             };
         }
         Ok(())
+    }
+
+    /// Refuses outputs that are files from which the model comes.
+    ///
+    /// # Errors
+    /// If there is one.
+    pub fn check_files(&self, files: &[ModelFile]) -> Result<(), OptionError> {
+        let read: BTreeSet<PathBuf> =
+            files.iter().filter_map(|file| Path::new(&file.file).canonicalize().ok()).collect();
+        let mut written = self.outputs.iter().map(|output| &output.path).chain(&self.stats);
+        match written.find(|path| path.canonicalize().is_ok_and(|path| read.contains(&path))) {
+            Some(path) => {
+                let problem = "is a part of the scene; choose another name for the output".into();
+                Err(OptionError::Output { path: path.clone(), problem })
+            }
+            None => Ok(()),
+        }
     }
 }
 

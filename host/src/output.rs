@@ -28,6 +28,21 @@ pub fn write_all(files: &[(PathBuf, Vec<u8>)]) -> Result<(), Error> {
     Ok(())
 }
 
+/// Writes a file that is not there yet, in full or not at all.
+///
+/// # Errors
+/// [`Error::Exists`] if it is there, or if the folder cannot be written to or has no room.
+pub fn write_new(path: &PathBuf, bytes: &[u8]) -> Result<(), Error> {
+    let fault = |source: std::io::Error| match source.kind() {
+        std::io::ErrorKind::AlreadyExists => Error::Exists { path: path.clone() },
+        _ => Error::Write { path: path.clone(), source },
+    };
+    let mut file = temporary(path).map_err(fault)?;
+    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(fault)?;
+    file.persist_noclobber(path).map_err(|e| fault(e.error))?;
+    Ok(())
+}
+
 /// An empty file in the folder of `path`, with the permissions of the file that it will replace or of any new one.
 fn temporary(path: &PathBuf) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
@@ -60,6 +75,17 @@ mod tests {
         write_all(&files[..1]).unwrap();
         write_all(&[(a.clone(), b"3".to_vec())]).unwrap();
         assert_eq!(fs::read(a).unwrap(), b"3");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_new_file_replaces_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        write_new(&path, b"1").unwrap();
+        assert!(write_new(&path, b"2").unwrap_err().to_string().contains("is there already"));
+        assert_eq!(fs::read(&path).unwrap(), b"1");
+        assert!(matches!(write_new(&folder.path().join("none/a"), b"1"), Err(Error::Write { .. })));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 

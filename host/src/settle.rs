@@ -1,7 +1,6 @@
 //! What is drawn and how, when models and command line have both been heard: what the command line says goes first.
 
 use penvis_core::extract::{CurveSet, Style, Styles};
-use penvis_core::scene::Scene;
 
 use crate::drawing::Page;
 use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
@@ -40,7 +39,7 @@ impl Settled {
         let sheet = options.sheet.or(&model.sheet);
         let (page, margin_mm) = sheet.settle()?;
         Layout::room(page, margin_mm)?;
-        let choices = choices(model);
+        let choices = model.choices();
         let looks: Vec<(Style, Ink)> = choices.iter().map(|&c| look(options, c)).collect();
         let (styles, inks): (Vec<Style>, Vec<Ink>) = looks.into_iter().unzip();
         let adaptive = match options.isocurves {
@@ -63,18 +62,6 @@ impl Settled {
             deepest: if is_omitted { 0 } else { options.deepest },
         })
     }
-}
-
-/// What the models ask for each surface.
-fn choices(model: &Model) -> Vec<StyleChoice> {
-    let Scene { surfaces, .. } = &model.scene;
-    let mut choices = vec![StyleChoice::default(); surfaces.len()];
-    for (range, choice) in &model.styles {
-        if let Some(own) = choices.get_mut(range.clone()) {
-            own.fill(*choice);
-        }
-    }
-    choices
 }
 
 /// How a surface is drawn for which a model asks this.

@@ -109,6 +109,29 @@ f 3 2 4
 ",
         has_end: false,
     },
+    Sample {
+        format: "scene",
+        extension: "toml",
+        content: b"[[object]]
+model = \"saddle\"
+scale = 2
+
+[[object]]
+name = \"ball\"
+sphere = { radius = 1.5 }
+translate = [3, 0, 0]
+array = { count = 2, step = [0, 4, 0] }
+pen = 2
+curves = [\"silhouette\", \"iso\"]
+
+[camera]
+view = \"front\"
+
+[page]
+paper = \"a5\"
+",
+        has_end: false,
+    },
 ];
 
 /// A folder for bad files.
@@ -415,6 +438,124 @@ const CHANGES: &[Change] = &[
     ),
     ("itd", "2 3 0]]", "2 3 0]", "FILE: line 8: has `[` where `]` after 6 control points is expected"),
     ("bpt", "2\n2 1", "2\n2 0", "FILE: line 2: begins patch 1 of degree 0; there are 1 to 9"),
+    ("toml", "scale = 2", "scale = nan", "FILE: line 3: `scale` is nan; give a finite number"),
+    ("toml", "scale = 2", "scale = 1e999", "FILE: line 3: `scale` is 1e999; give a finite number"),
+    (
+        "toml",
+        "scale = 2",
+        "scale = 0",
+        "FILE: line 3: `scale` must be from 1e-50 to 1e50 in size; a negative factor mirrors",
+    ),
+    ("toml", "scale = 2", "scale = [1, 2]", "FILE: line 3: `scale` is a list of 2; give 3 numbers in brackets"),
+    (
+        "toml",
+        "scale = 2",
+        "scale = 1e50",
+        "FILE: surface 0 has a coordinate of 1.3333333333333333e50; scale the model so that none exceeds 1e50",
+    ),
+    (
+        "toml",
+        "scale = 2",
+        "rotate = { axis = [0, 0, 0], degrees = 1 }",
+        "FILE: line 3: `axis` has no direction; give three numbers that are not all zero",
+    ),
+    ("toml", "scale = 2", "rotate = { axis = [0, 0, 1] }", "FILE: line 3: a rotation needs the key `degrees`"),
+    ("toml", "scale = 2", "model = \"box\"", "FILE: line 3: duplicate key at `model`"),
+    (
+        "toml",
+        "scale = 2",
+        "box = { size = [1, 1, 1] }",
+        "FILE: line 3: `box` is one too many, for the object has a `model`; make it an object of its own",
+    ),
+    (
+        "toml",
+        "model = \"saddle\"",
+        "pen = 1",
+        "FILE: line 1: the object is nothing; give it a model, or one of box, sphere, cylinder, cone, torus, rectangle, disk",
+    ),
+    (
+        "toml",
+        "model = \"saddle\"",
+        "modle = \"saddle\"",
+        "FILE: line 2: there is no key `modle` in an object; the nearest one is `model`, and all are name, model, box, sphere, cylinder, cone, torus, rectangle, disk, scale, rotate, translate, array, pen, curves, iso, hidden, crease_angle",
+    ),
+    (
+        "toml",
+        "radius = 1.5",
+        "raduis = 1.5",
+        "FILE: line 7: there is no key `raduis` in a sphere; the nearest one is `radius`, and all are radius",
+    ),
+    (
+        "toml",
+        "radius = 1.5",
+        "radius = -1",
+        "FILE: line 7: `sphere`: the radius of the sphere is -1; it must be positive and finite",
+    ),
+    ("toml", "radius = 1.5", "", "FILE: line 7: a sphere needs the key `radius`"),
+    ("toml", "radius = 1.5", "radius = \"wide\"", "FILE: line 7: `radius` is the text \"wide\"; give a finite number"),
+    ("toml", "[3, 0, 0]", "[3, 0, inf]", "FILE: line 8: `translate` is inf; give a finite number"),
+    ("toml", "[3, 0, 0]", "[3, 0]", "FILE: line 8: `translate` is a list of 2; give 3 numbers in brackets"),
+    ("toml", "count = 2", "count = 0", "FILE: line 9: `count` is 0; give a whole number from 1 to 1048576"),
+    (
+        "toml",
+        "count = 2",
+        "count = 1000000",
+        "FILE: line 7: with 1000000 of this the scene has 1000001 surfaces of 45000016 control points; no pen can draw more than 1048576 of 16777216, so take fewer",
+    ),
+    (
+        "toml",
+        "count = 2",
+        "count = 10000000000",
+        "FILE: line 9: `count` is 10000000000; give a whole number from 1 to 1048576",
+    ),
+    ("toml", "pen = 2", "pen = 0", "FILE: line 10: `pen` is 0; give a whole number from 1 to 99"),
+    ("toml", "pen = 2", "iso = 1001", "FILE: line 10: `iso` is 1001; give a whole number from 0 to 1000"),
+    ("toml", "pen = 2", "hidden = \"dotted\"", "FILE: line 10: `hidden` is not one of omit, dashed, layer"),
+    (
+        "toml",
+        "\"silhouette\"",
+        "\"outline\"",
+        "FILE: line 11: `curves` asks for a kind that is none: `outline` is not one of boundary, crease, silhouette, iso, smooth, intersection",
+    ),
+    (
+        "toml",
+        "view = \"front\"",
+        "view = \"frnt\"",
+        "FILE: line 14: `view` is neither a direction [x, y, z] nor one of front, back, left, right, top, bottom, iso",
+    ),
+    (
+        "toml",
+        "view = \"front\"",
+        "up = [0, 0, 1]\nveiw = 3",
+        "FILE: line 15: there is no key `veiw` in [camera]; the nearest one is `view`, and all are view, up, perspective, eye, target",
+    ),
+    (
+        "toml",
+        "view = \"front\"",
+        "view = \"front\"\nup = [0, 1, 0]",
+        "FILE: line 13: the up vector is parallel to the view direction; choose another up",
+    ),
+    (
+        "toml",
+        "\"a5\"",
+        "\"a9\"",
+        "FILE: line 17: `paper` is no paper: there is no paper `a9`; give one of a5, a4, a3, a2, letter, legal, or a size such as 200x150mm",
+    ),
+    (
+        "toml",
+        "\"a5\"",
+        "\"a5\"\nmargin = 80",
+        "FILE: line 18: `margin` leaves no room on a sheet of 210 × 148 mm; make it smaller",
+    ),
+    (
+        "toml",
+        "[page]",
+        "[pages]",
+        "FILE: line 16: there is no key `pages` in a scene; the nearest one is `page`, and all are name, object, style, camera, page",
+    ),
+    ("toml", "[[object]]", "[object]", "FILE: line 5: duplicate key at `object`"),
+    ("toml", "scale = 2", "scale = [2, 2", "FILE: line 5: missing comma between array elements, expected `,`"),
+    ("toml", "scale = 2", "scale = 2\nscale = 3", "FILE: line 4: duplicate key at `scale`"),
 ];
 
 #[test]
@@ -439,6 +580,8 @@ fn what_is_nested_a_million_deep_does_not_overflow_the_stack() {
     for (extension, before, each, told) in [
         ("json", r#"{"surfaces": "#, "[", "column"),
         ("json", "", r#"{"a":"#, "column"),
+        ("toml", "[[object]]\na = ", "[", "line 2: cannot recurse further; max recursion depth met"),
+        ("toml", "", "[a]\nb = {", "is larger than 1 MiB"),
         ("itd", "", "[OBJECT A\n", "line 257: opens a block within 256 others; no model is nested so deep"),
         ("itd", "[OBJECT [", "[", "line 1: opens a block within 256 others; no model is nested so deep"),
         ("itd", "[OBJECT A [FRACTAL", "[", "line 1: opens a block within 256 others; no model is nested so deep"),

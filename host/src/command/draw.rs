@@ -27,6 +27,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     }
     let loaded = load(&options.drawing, &progress)?;
     options.check_page(loaded.page())?;
+    options.check_files(loaded.files())?;
     let mut computed = compute(loaded)?;
 
     progress.stage("writing");
@@ -59,6 +60,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
 /// Paints the surfaces instead. Says in a line what was painted.
 fn render(options: &DrawOptions, progress: Progress) -> Result<(), Error> {
     let loaded = load(&options.drawing, &progress)?;
+    options.check_files(loaded.files())?;
     let page = loaded.page();
     let path = || options.outputs.first().map(|o| o.path.clone()).unwrap_or_default();
     let fault = |source| Error::Emit { path: path(), source };

@@ -7,6 +7,7 @@ pub mod draw;
 pub mod info;
 pub mod plot;
 pub mod ports;
+pub mod scene;
 
 /// Prints to standard output. A reader that has gone (`penvis devices | head`) has what it wanted: that is no error.
 pub(crate) fn print(text: &str) -> io::Result<()> {

@@ -116,6 +116,15 @@ impl<'a> Reading<'a> {
         }
     }
 
+    /// The same, but with this crease angle, if any, where nothing else asks for one.
+    #[must_use]
+    pub fn or_usual_crease_angle(self, crease_angle: Option<f64>) -> Self {
+        match crease_angle {
+            Some(crease_angle) if !self.is_angle_asked => Self { crease_angle, ..self },
+            _ => self,
+        }
+    }
+
     /// The same, for files to which the one at `path` refers.
     ///
     /// # Errors

@@ -45,10 +45,24 @@ pub struct ModelFile {
     pub file: String,
     /// Name of its format.
     pub format: &'static str,
-    /// The surfaces that come from it, by their indices in the scene.
+    /// The surfaces that come from it, by their indices in the scene; of the first copy where a scene repeats them.
     pub surfaces: Range<usize>,
     /// What its reader has to say.
     pub report: Report,
+}
+
+impl Model {
+    /// What is asked of the drawing of each surface.
+    #[must_use]
+    pub fn choices(&self) -> Vec<StyleChoice> {
+        let mut choices = vec![StyleChoice::default(); self.scene.surfaces.len()];
+        for (range, choice) in &self.styles {
+            if let Some(own) = choices.get_mut(range.clone()) {
+                own.fill(*choice);
+            }
+        }
+        choices
+    }
 }
 
 /// Why a model is not there.
@@ -141,11 +155,19 @@ pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError
 }
 
 fn load_one(spec: &str, reading: &Reading<'_>) -> Result<Model, ModelError> {
-    let bare = !spec.contains(['.', '/', '\\']);
-    if bare && let Some(model) = builtin::load(spec) {
-        return Ok(Model { scene: model.scene, view: Some(model.view), ..Model::default() });
+    if let Some(model) = built_in(spec) {
+        return Ok(model);
     }
     load_file(Path::new(spec), reading)
+}
+
+/// The built-in model of this name, if it is one and not a path.
+pub(super) fn built_in(spec: &str) -> Option<Model> {
+    if spec.contains(['.', '/', '\\']) {
+        return None;
+    }
+    let model = builtin::load(spec)?;
+    Some(Model { scene: model.scene, view: Some(model.view), ..Model::default() })
 }
 
 /// Loads the model in a file.

@@ -9,6 +9,7 @@ mod itd;
 mod load;
 mod mesh;
 mod obj;
+mod scene;
 mod source;
 mod stl;
 mod surface_json;

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::fault::ReadError;
 
@@ -15,6 +15,7 @@ const HEAD: u64 = 1 << 16;
 /// A model file, or the bytes of one.
 pub struct Source {
     stem: String,
+    path: Option<PathBuf>,
     len: u64,
     head: Vec<u8>,
     content: Box<dyn Content>,
@@ -36,7 +37,7 @@ impl Source {
             return Err(io::Error::from(io::ErrorKind::IsADirectory));
         }
         let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        Self::new(stem, Box::new(file))
+        Ok(Self { path: Some(path.to_owned()), ..Self::new(stem, Box::new(file))? })
     }
 
     /// The bytes of a file; `stem` is its name without its extension, after which the model is named if it has no name.
@@ -52,13 +53,19 @@ impl Source {
         content.rewind()?;
         let mut head = Vec::new();
         content.as_mut().take(HEAD).read_to_end(&mut head)?;
-        Ok(Self { stem, len, head, content })
+        Ok(Self { stem, path: None, len, head, content })
     }
 
     /// Name of the file without its extension.
     #[must_use]
     pub fn stem(&self) -> &str {
         &self.stem
+    }
+
+    /// Where the file is; none of bytes that are in no file.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
     }
 
     /// Length in bytes.

@@ -1,0 +1,86 @@
+//! The camera and the page of a scene.
+
+use glam::DVec3;
+
+use super::keys::Table;
+use crate::model::aim::{self, ViewChoice};
+use crate::model::fault::Fault;
+use crate::model::view::{Projection, View};
+use crate::page::{Layout, Orientation};
+use crate::style::SheetChoice;
+
+/// Keys of the camera.
+pub(super) const CAMERA: [&str; 5] = ["view", "up", "perspective", "eye", "target"];
+
+/// Keys of the page.
+pub(super) const PAGE: [&str; 4] = ["paper", "orientation", "margin", "tolerance"];
+
+/// The view that the camera fixes, if it stands at a point, and what it asks of the view otherwise.
+///
+/// # Errors
+/// If a key makes no sense, or goes with another one of those that are there.
+pub(super) fn camera(table: &Table<'_>) -> Result<(Option<View>, ViewChoice), Fault> {
+    let vector = |key| table.get(key).map(|item| item.numbers().map(|v| (item, DVec3::from(v)))).transpose();
+    let direction = |key| match vector(key)? {
+        Some((item, v)) if v.try_normalize().is_none() => {
+            Err(item.fault("has no direction; give three finite numbers that are not all zero"))
+        }
+        found => Ok(found.map(|(_, v)| v)),
+    };
+    let up = direction("up")?;
+    if let Some((_, eye)) = vector("eye")? {
+        if let Some(item) = table.get("view").or(table.get("perspective")) {
+            return Err(item.fault("does not go with `eye`, from which the view follows; leave one of them out"));
+        }
+        let target = table.need("target")?.numbers().map(DVec3::from)?;
+        let view = View {
+            eye_direction: eye - target,
+            up: up.unwrap_or(DVec3::Z),
+            projection: Projection::Perspective { eye, target },
+        };
+        return Ok((Some(view), ViewChoice::default()));
+    }
+    if let Some(item) = table.get("target") {
+        return Err(item.fault("goes with `eye`, a point; for a direction there is `view`"));
+    }
+    let view = match table.get("view") {
+        Some(item) if item.is_text() => {
+            let name = item.text()?;
+            let unknown = || item.fault(format!("is neither a direction [x, y, z] nor one of {}", aim::names()));
+            Some(aim::named(name).ok_or_else(unknown)?)
+        }
+        _ => direction("view")?.map(aim::with_up),
+    };
+    let angle = table.get("perspective");
+    let angle = angle.map(|item| item.number_that(|a| a > 0.0 && a < 180.0, "an angle between 0 and 180 degrees"));
+    Ok((None, ViewChoice { direction: view, up, angle: angle.transpose()?.map(f64::to_radians) }))
+}
+
+/// The sheet and what is on it.
+///
+/// # Errors
+/// If a key makes no sense, or the margins leave nothing of the sheet.
+pub(super) fn page(table: &Table<'_>) -> Result<SheetChoice, Fault> {
+    let orientation = table.get("orientation").map(|item| match item.text()? {
+        "landscape" => Ok(Orientation::Landscape),
+        "portrait" => Ok(Orientation::Portrait),
+        _ => Err(item.fault("is not one of landscape, portrait")),
+    });
+    let margin = table.get("margin").map(|item| item.number_that(|mm| mm >= 0.0, "a length in mm, 0 or more"));
+    let tolerance = table.get("tolerance").map(|item| item.number_that(|mm| mm > 0.0, "a length in mm, more than 0"));
+    let sheet = SheetChoice {
+        paper: table.get("paper").map(|item| item.text().map(str::to_owned)).transpose()?,
+        orientation: orientation.transpose()?,
+        margin_mm: margin.transpose()?,
+        tolerance_mm: tolerance.transpose()?,
+    };
+    let (page, margin_mm) = sheet.settle().map_err(|error| match table.get("paper") {
+        Some(item) => item.fault(format!("is no paper: {error}")),
+        None => table.fault(error.to_string()),
+    })?;
+    if let Err(error) = Layout::room(page, margin_mm) {
+        let size = format!("leaves no room on a sheet of {} × {} mm; make it smaller", page.width_mm, page.height_mm);
+        return Err(table.get("margin").map_or_else(|| table.fault(error.to_string()), |item| item.fault(size)));
+    }
+    Ok(sheet)
+}

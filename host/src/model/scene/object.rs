@@ -1,0 +1,100 @@
+//! Objects of a scene: what they are, where they stand and how they are drawn.
+
+use penvis_core::extract::CurveSet;
+
+use super::keys::{Item, Table};
+use super::place::{PLACEMENT, Placement};
+use super::shape::{self, Faces, SHAPES};
+use crate::model::fault::Fault;
+use crate::style::{self, MOST_ISOS, StyleChoice};
+
+/// Keys of how an object is drawn.
+pub(super) const STYLE: [&str; 5] = ["pen", "curves", "iso", "hidden", "crease_angle"];
+
+/// Largest number of a pen. Plotters hold eight, and people may swap some more by hand.
+const MOST_PENS: u32 = 99;
+
+/// What an object is.
+pub(super) enum Body<'t> {
+    /// A built-in model or a file, by its name.
+    Model(&'t str),
+    /// A shape by its measures.
+    Shape(Faces),
+}
+
+/// An object as the file describes it.
+pub(super) struct Object<'t> {
+    /// Its name, if it has one.
+    pub(super) name: Option<&'t str>,
+    pub(super) body: Body<'t>,
+    /// The line of the body.
+    pub(super) line: usize,
+    pub(super) placement: Placement,
+    /// How it is drawn.
+    pub(super) look: Look,
+}
+
+/// How something is drawn, as far as the file says.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Look {
+    pub(super) style: StyleChoice,
+    /// Largest angle between facets of a mesh that stand for one smooth surface, in radians.
+    pub(super) crease_angle: Option<f64>,
+}
+
+impl<'t> Object<'t> {
+    /// What a table says.
+    ///
+    /// # Errors
+    /// If it has an unknown key, no body or several, or a value that makes no sense.
+    pub(super) fn new(item: &Item<'t>) -> Result<Self, Fault> {
+        let known: Vec<&str> =
+            ["name", "model"].iter().chain(&SHAPES).chain(&PLACEMENT).chain(&STYLE).copied().collect();
+        let table = item.table("an object", &known)?;
+        let name = table.get("name").map(|item| item.text()).transpose()?;
+        let (body, line) = body(&table)?;
+        Ok(Self { name, body, line, placement: Placement::new(&table)?, look: Look::new(&table)? })
+    }
+}
+
+fn body<'t>(table: &Table<'t>) -> Result<(Body<'t>, usize), Fault> {
+    let mut bodies = ["model"].into_iter().chain(SHAPES).filter_map(|key| table.get(key));
+    let Some(first) = bodies.next() else {
+        return Err(table.fault(format!("the object is nothing; give it a model, or one of {}", SHAPES.join(", "))));
+    };
+    if let Some(second) = bodies.next() {
+        return Err(second
+            .fault(format!("is one too many, for the object has a `{}`; make it an object of its own", first.key)));
+    }
+    let body = if first.key == "model" { Body::Model(first.text()?) } else { Body::Shape(shape::faces(&first)?) };
+    Ok((body, first.line))
+}
+
+impl Look {
+    /// What the keys of a table say.
+    ///
+    /// # Errors
+    /// If one of them makes no sense.
+    pub(super) fn new(table: &Table<'_>) -> Result<Self, Fault> {
+        let pen = table.get("pen").map(|item| item.whole(1, MOST_PENS)).transpose()?;
+        let curves = table.get("curves").map(|item| curves(&item)).transpose()?;
+        let isos = table.get("iso").map(|item| item.whole(0, MOST_ISOS)).transpose()?;
+        let hidden = table.get("hidden").map(|item| style::hidden(item.text()?).map_err(|problem| item.fault(problem)));
+        let angle = table.get("crease_angle");
+        let angle =
+            angle.map(|item| item.number_that(|a| (0.0..=180.0).contains(&a), "an angle from 0 to 180 degrees"));
+        let style = StyleChoice { curves, isos, pen, hidden: hidden.transpose()? };
+        Ok(Self { style, crease_angle: angle.transpose()?.map(f64::to_radians) })
+    }
+}
+
+/// Kinds of curve: a list of texts, or one text with commas as on the command line.
+fn curves(item: &Item<'_>) -> Result<CurveSet, Fault> {
+    let kinds = if item.is_list() {
+        let words: Vec<&str> = item.items()?.iter().map(Item::text).collect::<Result<_, _>>()?;
+        style::kinds(words)
+    } else {
+        style::kinds(item.text()?.split(',').map(str::trim).filter(|word| !word.is_empty()))
+    };
+    kinds.map_err(|problem| item.fault(format!("asks for a kind that is none: {problem}")))
+}
