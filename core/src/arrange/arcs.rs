@@ -104,14 +104,13 @@ impl Arcs {
         &self.arcs[self.starts[curve]..self.starts[curve + 1]]
     }
 
-    pub(super) fn length_table(&self, curve: &SurfaceCurve, index: usize) -> LengthTable {
+    /// Lengths below `resolution` (screen units) are not told apart.
+    pub(super) fn length_table(&self, curve: &SurfaceCurve, index: usize, resolution: f64) -> LengthTable {
         let mut knots = Vec::with_capacity(self.of(index).len() + 1);
         knots.push((curve.domain[0], 0.0));
-        let mut length = 0.0;
         for a in self.of(index) {
             let (p, q) = a.ends();
-            length += (q - p).length();
-            knots.push((a.t[1], length));
+            measure(a, [0.0, 1.0], [p, q], resolution, &mut knots, 0);
         }
         if knots.len() == 1 {
             knots.push((curve.domain[1], 0.0));
@@ -119,6 +118,35 @@ impl Arcs {
         LengthTable { knots }
     }
 }
+
+/// Appends the end of the part of an arc over the interval `x` of its Bézier parameter, from `p` to `q` on the screen, to
+/// a table of parameters and lengths; parts first whose parameter runs unevenly.
+///
+/// Quarters of a part that is even have lengths within a factor of two of each other. Towards a place where the curve stands
+/// still, and where weights differ by many orders of magnitude, each halving leaves at least one half even or below
+/// the resolution, so that some [`MOST_UNEVEN`] parts for each such place are enough.
+fn measure(arc: &Arc, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &mut Vec<(f64, f64)>, depth: u32) {
+    let at = |f: f64| arc.jet(x[0] + f * (x[1] - x[0])).0.truncate();
+    let middle = at(0.5);
+    let quarters = [p, at(0.25), middle, at(0.75), q];
+    let mut lengths = [0.0; 4];
+    for (k, w) in quarters.windows(2).enumerate() {
+        lengths[k] = w[0].distance(w[1]);
+    }
+    let [least, most] =
+        [lengths.iter().copied().fold(f64::INFINITY, f64::min), lengths.iter().copied().fold(0.0, f64::max)];
+    if depth >= MOST_UNEVEN || most <= resolution || most <= 2.0 * least {
+        let before = knots.last().map_or(0.0, |k| k.1);
+        knots.push((arc.param(x[1]), before + p.distance(q)));
+    } else {
+        let m = 0.5 * (x[0] + x[1]);
+        measure(arc, [x[0], m], [p, middle], resolution, knots, depth + 1);
+        measure(arc, [m, x[1]], [middle, q], resolution, knots, depth + 1);
+    }
+}
+
+/// Halvings of an arc that is measured, at the most: what is left is a few roundings of its parameter long.
+const MOST_UNEVEN: u32 = 50;
 
 /// Overhang that [`Arcs::extent`] leaves, of the size of the box: a third of a micrometre on a sheet of 300 mm.
 const EXTENT_SLACK: f64 = 1e-6;

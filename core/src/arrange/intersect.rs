@@ -144,7 +144,11 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
         // parts as their contact is resolutions long.
         let short = |s: &Strip| if s.length > 0.0 { limit / s.length } else { 1.0 };
         let slack = if straight { END_SLACK + short(&sa).max(short(&sb)).min(0.5) } else { END_SLACK };
-        let found = newton(a, b, &sa, &sb, slack, work);
+        let start = |along: f64, s: &Strip| if s.length > 0.0 { (along / s.length).clamp(0.0, 1.0) } else { 0.5 };
+        let found = chords_cross(&sa, &sb).and_then(|[along_a, along_b]| {
+            let found = newton(a, b, [start(along_a, &sa), start(along_b, &sb)], slack, work);
+            if straight { found.or_else(|| straight_crossing((a, &sa), (b, &sb), slack, limit, work)) } else { found }
+        });
         if straight || found.is_some() || depth >= MAX_DEPTH {
             out.extend(found);
             return;
@@ -186,17 +190,52 @@ fn beside(s: &Strip, arc: &Arc, limit: f64) -> bool {
 /// Newton's method has settled when its last step is no longer than this; the next one would be its square.
 const SETTLED: f64 = 1e-8;
 
-/// Newton's method from the crossing of the chords. `None` if it leaves the arcs by more than `slack` of their
-/// parameter, or does not settle.
-fn newton(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip, slack: f64, work: &mut Work) -> Option<Meeting> {
+/// Where the lines through the chords cross: distances along them from their beginnings; none if they are parallel.
+fn chords_cross(sa: &Strip, sb: &Strip) -> Option<[f64; 2]> {
     let det = sa.dir.perp_dot(sb.dir);
-    if det == 0.0 {
+    let gap = sb.origin - sa.origin;
+    (det != 0.0).then(|| [gap.perp_dot(sb.dir) / det, gap.perp_dot(sa.dir) / det])
+}
+
+/// The crossing of two arcs that are straight to `limit` and of different directions, when Newton's method finds none from
+/// parameters that are as far along as the crossing of the chords: weights, or control points, may make a straight arc run
+/// so unevenly that it steps out of them.
+fn straight_crossing(
+    (a, sa): (&Arc, &Strip),
+    (b, sb): (&Arc, &Strip),
+    slack: f64,
+    limit: f64,
+    work: &mut Work,
+) -> Option<Meeting> {
+    let [along_a, along_b] = chords_cross(sa, sb)?;
+    // The arcs' own crossing is beside that of the chords by the widths of the strips over the sine of their angle.
+    let reach = limit * (1.0 + 1.0 / sa.dir.perp_dot(sb.dir).abs());
+    if !(-reach..=sa.length + reach).contains(&along_a) || !(-reach..=sb.length + reach).contains(&along_b) {
         return None;
     }
-    let gap = sb.origin - sa.origin;
-    let start = |along: f64, s: &Strip| if s.length > 0.0 { (along / s.length).clamp(0.0, 1.0) } else { 0.5 };
-    let mut x = start(gap.perp_dot(sb.dir) / det, sa);
-    let mut y = start(gap.perp_dot(sa.dir) / det, sb);
+    let (x, y) = (reaches(a, sa, along_a), reaches(b, sb, along_b));
+    newton(a, b, [x, y], slack, work).or_else(|| {
+        let apart = (a.jet(x).0 - b.jet(y).0).truncate().length();
+        (apart <= limit).then(|| crossing(a, x, b, y))
+    })
+}
+
+/// The Bézier parameter at which a nearly straight arc, which may run unevenly, is `along` its chord.
+fn reaches(arc: &Arc, s: &Strip, along: f64) -> f64 {
+    if s.length <= 0.0 {
+        return 0.5;
+    }
+    let (mut lo, mut hi) = (0.0_f64, 1.0_f64);
+    for _ in 0..40 {
+        let m = 0.5 * (lo + hi);
+        if (arc.jet(m).0.truncate() - s.origin).dot(s.dir) < along { lo = m } else { hi = m }
+    }
+    0.5 * (lo + hi)
+}
+
+/// Newton's method from two parameters. `None` if it leaves the arcs by more than `slack` of their parameter, or does not
+/// settle.
+fn newton(a: &Arc, b: &Arc, [mut x, mut y]: [f64; 2], slack: f64, work: &mut Work) -> Option<Meeting> {
     let mut step = f64::INFINITY;
     for _ in 0..12 {
         work.newton += 1;
@@ -242,21 +281,8 @@ fn overlap(a: &Arc, b: &Arc, sa: &Strip, sb: &Strip) -> Option<Meeting> {
     if a0 > a1 || b0 > b1 {
         return None;
     }
-    // The Bézier parameter at a given arc length along the chord, by a few secant steps: the parametrisation of a
-    // straight arc need not be uniform.
-    let at = |arc: &Arc, s: &Strip, along: f64| {
-        if s.length <= 0.0 {
-            return 0.5;
-        }
-        let (mut lo, mut hi) = (0.0_f64, 1.0_f64);
-        for _ in 0..40 {
-            let m = 0.5 * (lo + hi);
-            if (arc.jet(m).0.truncate() - s.origin).dot(s.dir) < along { lo = m } else { hi = m }
-        }
-        0.5 * (lo + hi)
-    };
-    let (x0, x1) = (at(a, sa, a0), at(a, sa, a1));
-    let (y0, y1) = (at(b, sb, b0), at(b, sb, b1));
+    let (x0, x1) = (reaches(a, sa, a0), reaches(a, sa, a1));
+    let (y0, y1) = (reaches(b, sb, b0), reaches(b, sb, b1));
     let za = a.jet(0.5 * (x0 + x1)).0.z;
     let zb = b.jet(0.5 * (y0 + y1)).0.z;
     Some(Meeting::Overlap { a: [a.param(x0), a.param(x1)], b: [b.param(y0), b.param(y1)], za, zb })
@@ -305,6 +331,26 @@ mod tests {
         ]);
         let found = all(&a, &b);
         assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn straight_arcs_cross_however_unevenly_they_run() {
+        for w in [1.0, 1.0 / 3.0, 0.05, 1.0 / 64.0, 1e-6, 20.0, 64.0, 1e6] {
+            let points = [DVec4::new(0.0, 0.0, 0.0, 1.0), DVec4::new(w, 0.0, 0.0, w)];
+            let weighted = Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0);
+            let crowded = arc(&[[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+            for at in [1e-3, 0.04, 0.3, 0.6, 0.98] {
+                for uneven in [&weighted, &crowded] {
+                    let across = arc(&[[at - 0.3, -0.1, 1.0], [at + 0.6, 0.2, 1.0]]);
+                    for (m, is_first) in [(all(uneven, &across), true), (all(&across, uneven), false)] {
+                        assert_eq!(m.len(), 1, "weight {w}, at {at}");
+                        let Meeting::Crossing { a, b, .. } = m[0] else { panic!("{m:?}") };
+                        let x = uneven.jet(if is_first { a } else { b }).0.x;
+                        assert!((x - at).abs() < 1e-9, "weight {w}: {x} instead of {at}");
+                    }
+                }
+            }
+        }
     }
 
     proptest! {

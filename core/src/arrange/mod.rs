@@ -100,7 +100,8 @@ pub struct ArrangeStats {
     pub pieces: u64,
 }
 
-/// Approximate length along one curve on the screen, piecewise linear in the curve parameter.
+/// Approximate length along one curve on the screen, piecewise linear in the curve parameter. Where the curve is longer than
+/// the resolution, lengths between places are right to a factor of two, however unevenly the parameter runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LengthTable {
     knots: Vec<(f64, f64)>,
@@ -168,7 +169,7 @@ pub fn arrange(
     let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
     let splitter = Splitter { curves, arcs, active, grid, sheets, clusters, tolerance };
     let split = |index: usize| {
-        let table = arcs.length_table(&curves[index], index);
+        let table = arcs.length_table(&curves[index], index, tolerance.resolution);
         if stop.is_wanted() {
             return (Vec::new(), table, ArrangeStats::default());
         }
@@ -435,7 +436,8 @@ fn cut(
         }
     }
     for p in &mut pieces {
-        let m = 0.5 * (p.t[0] + p.t[1]);
+        // By length: in the parameter the middle may be within the resolution of an end, where something else begins.
+        let m = table.param_at(0.5 * (table.length_at(p.t[0]) + table.length_at(p.t[1])));
         let here = || overlaps.iter().filter(|o| o.t[0] <= m && m <= o.t[1]);
         p.coincident = here().next().is_some();
         p.covered_by = here().filter(|o| o.drawn).map(|o| o.with).min();
