@@ -15,6 +15,7 @@
 //! | [`scene`] | the surfaces of a model |
 //! | [`view`] | camera, and homogeneous Bézier patches with the eye at z = +∞ |
 //! | [`mod@line`], [`trim_line`] | lines of constant u or v, and along trim curves |
+//! | [`extent`] | how far the scene reaches |
 //! | [`stitch`] | which boundaries coincide: free edges, creases, smooth seams |
 //! | [`extract`] | boundary, crease, silhouette and isoparametric curves |
 //! | [`arrange`] | the curves split where their visibility can change |
@@ -50,6 +51,7 @@ extern crate std;
 
 pub mod arrange;
 pub mod bernstein;
+pub mod extent;
 pub mod extract;
 mod grid;
 pub mod line;

@@ -16,7 +16,7 @@ use crate::extract::{
 };
 use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
-use crate::stitch::{StitchOptions, Stitching};
+use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
@@ -50,7 +50,7 @@ impl Default for DrawOptions {
             deepest: 0,
             visibility: Method::default(),
             clusters: true,
-            smooth_angle: core::f64::consts::PI / 180.0,
+            smooth_angle: SMOOTH_ANGLE,
         }
     }
 }
@@ -132,9 +132,6 @@ pub enum PictureError {
 /// sheet of 300 mm, and ten times the error to which traced curves are represented.
 const RESOLUTION: f64 = 1e-8;
 
-/// Boundaries nearer than this fraction of the size are one edge: models come out of other programs with seven digits.
-const STITCH: f64 = 1e-6;
-
 /// Traced curves are represented for splitting to this fraction of the size.
 const FIT: f64 = 1e-9;
 
@@ -192,7 +189,7 @@ impl Prepared {
         let view = ViewScene::new(scene, camera)?;
         let size = view.size();
         monitor.begin(Stage::Stitch);
-        let stitch = StitchOptions { distance: STITCH * size, angle: options.smooth_angle };
+        let stitch = StitchOptions { angle: options.smooth_angle, ..StitchOptions::of(&view) };
         let stitching = Stitching::new(&view, &stitch, stop);
         stop.check()?;
         monitor.begin(Stage::Extract);

@@ -61,6 +61,20 @@ pub struct StitchOptions {
     pub angle: f64,
 }
 
+/// Boundaries nearer than this fraction of the size are one edge: models come out of other programs with seven digits.
+pub(crate) const STITCH: f64 = 1e-6;
+
+/// Largest angle of a smooth join if nothing else is asked for: one degree.
+pub(crate) const SMOOTH_ANGLE: f64 = core::f64::consts::PI / 180.0;
+
+impl StitchOptions {
+    /// The usual ones for a scene.
+    #[must_use]
+    pub fn of(view: &ViewScene) -> Self {
+        Self { distance: STITCH * view.size(), angle: SMOOTH_ANGLE }
+    }
+}
+
 /// The sides of all surfaces and the edges they form.
 #[derive(Clone, Debug)]
 pub struct Stitching {
