@@ -23,10 +23,10 @@ use crate::view::{Patch, ViewScene, halve_net};
 /// If it is stopped.
 pub fn extent(view: &ViewScene, tolerance: f64, stop: Stop<'_>) -> Result<Option<[DVec3; 2]>, Stopped> {
     let mut corners = [DVec3::ZERO; 2];
-    for k in 0..3 {
-        for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let Some(reach) = reach(view, Towards { axis: k, sign }, tolerance, stop)? else { return Ok(None) };
-            corners[side][k] = sign * reach;
+    for axis in 0..3 {
+        for (corner, sign) in corners.iter_mut().zip([-1.0, 1.0]) {
+            let Some(reach) = reach(view, Towards { axis, sign }, tolerance, stop)? else { return Ok(None) };
+            corner[axis] = sign * reach;
         }
     }
     Ok(Some(corners))

@@ -69,16 +69,29 @@ pub(crate) struct Placed<'a> {
 /// If one cannot be read, there is no such sheet, its margins leave nothing of it, or Ctrl-C or the time limit ends it.
 pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<Loaded<'a>, Error> {
     let started = Instant::now();
+    let model = read(&options.models, options.crease_angle, options.time_limit, progress)?;
+    let settled = Settled::new(options, &model)?;
+    Ok(Loaded { options, progress, started, read: started.elapsed().as_secs_f64(), model, settled })
+}
+
+/// Reads models, with this crease angle in radians if one is asked for.
+///
+/// # Errors
+/// If one cannot be read, or Ctrl-C or the time limit ends it.
+pub(crate) fn read(
+    models: &[String],
+    crease_angle: Option<f64>,
+    limit: Option<Duration>,
+    progress: &Progress,
+) -> Result<Model, Error> {
     interrupt::watch();
     progress.stage("reading");
-    let watch = ReadWatch { progress, started, limit: options.time_limit };
-    let reading = match options.crease_angle {
+    let watch = ReadWatch { progress, started: Instant::now(), limit };
+    let reading = match crease_angle {
         Some(angle) => Reading::new(&watch).with_crease_angle(angle),
         None => Reading::new(&watch),
     };
-    let model = model::load(&options.models, &reading).map_err(|e| watch.reason(e))?;
-    let settled = Settled::new(options, &model)?;
-    Ok(Loaded { options, progress, started, read: started.elapsed().as_secs_f64(), model, settled })
+    model::load(models, &reading).map_err(|e| watch.reason(e))
 }
 
 /// Finds what the picture's extent depends on, so that everything made of it lies on the page in the same place.

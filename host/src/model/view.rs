@@ -58,7 +58,7 @@ impl View {
 }
 
 /// `view` of the surface JSON and of the drawing JSON.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ViewJson {
     pub(crate) eye_direction: [f64; 3],
     #[serde(default = "up_is_z")]
@@ -67,7 +67,7 @@ pub(crate) struct ViewJson {
     pub(crate) projection: ProjectionJson,
 }
 
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ProjectionJson {
     #[default]
