@@ -16,6 +16,7 @@ use crate::stop::Stop;
 use crate::trim_line::TrimLine;
 use crate::view::{MAX_DEGREE, ViewScene, curve_point};
 
+mod near;
 mod side;
 
 pub use side::{Side, SidePath};
@@ -93,20 +94,22 @@ const PROBES: [f64; 5] = [0.08, 0.29, 0.47, 0.73, 0.94];
 
 impl Stitching {
     /// Finds coincident boundaries. A join that is smooth on a part of itself only is parted, provided that the part is
-    /// no shorter than a sixteenth of the interval between knots. Cost: one box test a pair of sides, 5 nearest-point
-    /// searches an interval of each pair whose boxes meet, and 16 for each that coincides.
+    /// no shorter than a sixteenth of the interval between knots. Cost: O(n log n) in the number of sides, 5 nearest-point
+    /// searches an interval of each pair whose boxes meet, and 16 for each that coincides, 1 if it joins triangles.
     #[must_use]
     pub fn new(view: &ViewScene, options: &StitchOptions, stop: Stop<'_>) -> Self {
         let surfaces = view.surfaces().len();
         let mut sides: Vec<Side> = (0..surfaces).flat_map(|s| Side::borders(view, s, options.distance)).collect();
         let trims = (0..surfaces).flat_map(|s| TrimLine::all(view, s));
         sides.extend(trims.map(|line| Side::trimmed(view, line, options.distance)));
-        let mut near = near_pairs(&sides, options.distance);
+        let mut near = near::near_pairs(&sides, options.distance, stop);
         add_shared(&sides, &mut near);
+        let changes_of = |side: &Side| side.changes().into_iter().map(|t| side.path.point(view, t)).collect();
+        let changes: Vec<Vec<DVec3>> = sides.iter().map(changes_of).collect();
         let of_side = |i: usize| {
             let mut edges = Vec::new();
             if sides[i].is_edge() && !stop.is_wanted() {
-                side_edges(view, &sides, i, &near[i], options, &mut edges);
+                side_edges(view, &sides, &changes, i, &near[i], options, &mut edges);
             }
             edges
         };
@@ -142,30 +145,6 @@ impl Stitching {
     }
 }
 
-/// For every side, the others whose boxes come within `tol`; by a sweep over x.
-fn near_pairs(sides: &[Side], tol: f64) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..sides.len()).filter(|&i| sides[i].is_edge()).collect();
-    order.sort_by(|&a, &b| sides[a].lo.x.total_cmp(&sides[b].lo.x).then(a.cmp(&b)));
-    let mut near = alloc::vec![Vec::new(); sides.len()];
-    for (k, &i) in order.iter().enumerate() {
-        for &j in &order[k + 1..] {
-            if sides[j].lo.x > sides[i].hi.x + tol {
-                break;
-            }
-            let apart = sides[i].lo.cmpgt(sides[j].hi + DVec3::splat(tol)).any()
-                || sides[j].lo.cmpgt(sides[i].hi + DVec3::splat(tol)).any();
-            if !apart {
-                near[i].push(j);
-                near[j].push(i);
-            }
-        }
-    }
-    for n in &mut near {
-        n.sort_unstable();
-    }
-    near
-}
-
 /// Adds the sides that are sides of one shared edge.
 fn add_shared(sides: &[Side], near: &mut [Vec<usize>]) {
     let mut by_edge: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -188,10 +167,12 @@ fn add_shared(sides: &[Side], near: &mut [Vec<usize>]) {
     }
 }
 
-/// Cuts side `i` where a coincidence begins or ends, and classifies the intervals.
+/// Cuts side `i` where a coincidence begins or ends, and classifies the intervals. `changes` are the places of the sides
+/// where one can.
 fn side_edges(
     view: &ViewScene,
     sides: &[Side],
+    changes: &[Vec<DVec3>],
     i: usize,
     near: &[usize],
     options: &StitchOptions,
@@ -202,9 +183,7 @@ fn side_edges(
     // A coincidence of analytic curves can begin and end only at a knot of one of them, or where one is cut off.
     let mut cuts = sides[i].changes();
     for &j in near {
-        let other = &sides[j].path;
-        for t in sides[j].changes() {
-            let p = other.point(view, t);
+        for &p in &changes[j] {
             if !sides[i].may_hold(p, options.distance) {
                 continue;
             }
@@ -257,7 +236,9 @@ fn side_edges(
                     let (n, m) = (conormal(view, path, t)?, conormal(view, &sides[*j].path, tj)?);
                     Some(if n.dot(m) <= -cosine { EdgeClass::Smooth } else { EdgeClass::Crease })
                 };
-                classes(class, [w[0], w[1]], short)
+                // Triangles meet at one angle all along.
+                let flat = meeting.iter().all(|&s| is_triangle(view, sides, s));
+                classes(class, [w[0], w[1]], short, if flat { 1 } else { PLACES })
             }
             _ => alloc::vec![(EdgeClass::Crease, [w[0], w[1]])],
         };
@@ -270,19 +251,32 @@ fn side_edges(
     }
 }
 
+/// Whether a surface is a bilinear patch with a border that is a point: a triangle.
+fn is_triangle(view: &ViewScene, sides: &[Side], surface: usize) -> bool {
+    let grid = &view.surfaces()[surface];
+    let first = &view.patches()[grid.first];
+    grid.u_breaks.len() == 2
+        && grid.v_breaks.len() == 2
+        && (first.degree_u, first.degree_v) == (1, 1)
+        && sides[4 * surface..4 * surface + 4].iter().any(|side| side.collapsed)
+}
+
+/// Equal parts of an interval in which a join is asked whether it is smooth.
+const PLACES: u32 = 16;
+
 /// Parts of the interval `t` of a side, one after the other, with the class of each. The class is asked for at the middles
-/// of 16 equal parts, and where it changes the place is bisected until it is `short`. A place without a class, because a
+/// of so many equal parts, and where it changes the place is bisected until it is `short`. A place without a class, because a
 /// surface has no tangent plane there, is like its neighbours; an interval of such places alone is a crease.
 fn classes(
     class: impl Fn(f64) -> Option<EdgeClass>,
     t: [f64; 2],
     short: impl Fn(f64, f64) -> bool,
+    places: u32,
 ) -> Vec<(EdgeClass, [f64; 2])> {
-    const PLACES: u32 = 16;
     let mut out: Vec<(EdgeClass, [f64; 2])> = Vec::new();
     let mut before = t[0];
-    for k in 0..PLACES {
-        let place = t[0] + (t[1] - t[0]) * (f64::from(k) + 0.5) / f64::from(PLACES);
+    for k in 0..places {
+        let place = t[0] + (t[1] - t[0]) * (f64::from(k) + 0.5) / f64::from(places);
         let Some(here) = class(place) else { continue };
         match out.last_mut() {
             None => out.push((here, t)),

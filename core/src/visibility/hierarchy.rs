@@ -252,12 +252,14 @@ impl Occluders {
     /// Builds the hierarchy by median splits and brings the leaves into its order.
     fn arrange(&mut self) {
         let mut order: Vec<u32> = (0..self.leaves.len() as u32).collect();
-        self.node(&mut order, 0);
+        // Close together, for they are compared again and again.
+        let centres: Vec<DVec2> = self.leaves.iter().map(Leaf::centre).collect();
+        self.node(&mut order, 0, &centres);
         self.leaves = order.iter().map(|&k| self.leaves[k as usize]).collect();
     }
 
     /// Appends the subtree over `order`, whose first leaf will have the position `first`.
-    fn node(&mut self, order: &mut [u32], first: u32) {
+    fn node(&mut self, order: &mut [u32], first: u32, centres: &[DVec2]) {
         let (mut box_min, mut box_max, mut nearest) = (DVec2::INFINITY, DVec2::NEG_INFINITY, f64::NEG_INFINITY);
         let (mut lo, mut hi) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &k in order.iter() {
@@ -265,8 +267,8 @@ impl Occluders {
             box_min = box_min.min(leaf.box_min);
             box_max = box_max.max(leaf.box_max);
             nearest = nearest.max(leaf.depth[1]);
-            lo = lo.min(leaf.centre());
-            hi = hi.max(leaf.centre());
+            lo = lo.min(centres[k as usize]);
+            hi = hi.max(centres[k as usize]);
         }
         let own = self.nodes.len();
         let border = DVec2::splat(self.tolerances.border);
@@ -276,14 +278,13 @@ impl Occluders {
         if count > BUCKET {
             let axis = usize::from(hi.y - lo.y > hi.x - lo.x);
             let middle = count / 2;
-            let leaves = &self.leaves;
             order.select_nth_unstable_by(middle, |&a, &b| {
-                let (x, y) = (leaves[a as usize].centre()[axis], leaves[b as usize].centre()[axis]);
+                let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
                 x.total_cmp(&y).then(a.cmp(&b))
             });
             let (left, right) = order.split_at_mut(middle);
-            self.node(left, first);
-            self.node(right, first + middle as u32);
+            self.node(left, first, centres);
+            self.node(right, first + middle as u32, centres);
         }
         self.nodes[own].next = self.nodes.len() as u32;
     }
