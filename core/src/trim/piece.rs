@@ -142,6 +142,12 @@ impl TrimPiece {
         self.to
     }
 
+    /// Homogeneous Bézier control points (u·w, v·w, w).
+    #[must_use]
+    pub fn control_points(&self) -> &[DVec3] {
+        &self.points
+    }
+
     /// Identity of the shared edge along which the piece runs, if the trims were given one.
     #[must_use]
     pub fn edge(&self) -> Option<u32> {

@@ -5,8 +5,11 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use penvis_core::scene::Scene;
 
+use super::grid::Grid;
+use super::outline::off_line;
 use super::sight::Sight;
 use super::spline;
+use super::trimmed::{Model, Sheet};
 
 /// Vertices of surface boundaries nearer than this part of the scene's size are one.
 const SAME_VERTEX: f64 = 1e-7;
@@ -34,12 +37,23 @@ pub(super) struct Transition {
     pub(super) side: f64,
 }
 
-/// The cells of one surface.
-struct Cells {
-    us: Vec<f64>,
-    vs: Vec<f64>,
-    /// Up to two triangles for each cell, v fastest; collapsed ones are left out.
-    triangles: Vec<[Option<u32>; 2]>,
+/// Where the parameters of one surface are among the triangles.
+enum Cells {
+    /// Rectangles between lines of constant u and v.
+    Rectangles {
+        us: Vec<f64>,
+        vs: Vec<f64>,
+        /// Up to two triangles for each cell, v fastest; collapsed ones are left out.
+        triangles: Vec<[Option<u32>; 2]>,
+    },
+    /// What trims keep.
+    Kept {
+        /// Parameters of the corners; collapsed triangles are among them.
+        corners: Vec<[DVec2; 3]>,
+        triangles: Vec<Option<u32>>,
+        /// Of the corners, and what the surface may reach beyond them.
+        grid: Grid,
+    },
 }
 
 /// All surfaces as triangles in view space.
@@ -64,12 +78,16 @@ impl Mesh {
             let points = spline::points(&s.surface, &us, &vs);
             let triangles = build.surface(&points, [us.len(), vs.len()], parts, sight);
             let coarse = |all: Vec<f64>| all.into_iter().step_by(2).collect();
-            cells.push(Cells { us: coarse(us), vs: coarse(vs), triangles });
+            cells.push(Cells::Rectangles { us: coarse(us), vs: coarse(vs), triangles });
         }
-        let transitions = build.join();
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (lo, hi) = build.vertices.iter().fold(start, |(lo, hi), &p| (lo.min(p), hi.max(p)));
-        Self { vertices: build.vertices, triangles: build.triangles, transitions, size: (hi - lo).length(), cells }
+        build.mesh(cells)
+    }
+
+    /// The triangles of a model, seen.
+    pub(super) fn seen(model: &Model, sight: &Sight) -> Self {
+        let mut build = Build::seen(model.vertices.iter().map(|&p| sight.project(p)).collect());
+        let cells = model.sheets.iter().map(|s| build.sheet(s, sight)).collect();
+        build.mesh(cells)
     }
 
     pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
@@ -96,11 +114,22 @@ impl Mesh {
     /// The triangles of the cell that holds the parameters (u, v) of a surface, and of its neighbours where the
     /// parameters lie on the border between cells.
     pub(super) fn at(&self, surface: usize, u: f64, v: f64) -> Vec<u32> {
-        let c = &self.cells[surface];
-        let rows = c.vs.len() - 1;
-        let (is, js) = (holding(&c.us, u), holding(&c.vs, v));
-        let cells = is.flat_map(|i| js.clone().map(move |j| i * rows + j));
-        cells.flat_map(|k| c.triangles[k].into_iter().flatten()).collect()
+        match &self.cells[surface] {
+            Cells::Rectangles { us, vs, triangles } => {
+                let rows = vs.len() - 1;
+                let (is, js) = (holding(us, u), holding(vs, v));
+                let cells = is.flat_map(|i| js.clone().map(move |j| i * rows + j));
+                cells.flat_map(|k| triangles[k].into_iter().flatten()).collect()
+            }
+            Cells::Kept { corners, triangles, grid } => {
+                let at = DVec2::new(u, v);
+                let off: Vec<(f64, u32)> = grid.at(at).iter().map(|&k| (outside(corners[k as usize], at), k)).collect();
+                // Beside a curved border the parameters may lie in none.
+                let least = off.iter().map(|o| o.0).fold(f64::INFINITY, f64::min);
+                let same = least + ROUNDING * at.abs().max_element();
+                off.iter().filter(|o| o.0 <= same).filter_map(|o| triangles[o.1 as usize]).collect()
+            }
+        }
     }
 
     /// What is joined to the triangles `from` by way of triangles that come within `reach` of `p` on the screen; none if
@@ -153,11 +182,7 @@ impl Mesh {
 
     /// Distance on the screen of a triangle from the point `q`.
     pub(super) fn distance(&self, triangle: u32, q: DVec2) -> f64 {
-        if self.covers(triangle, q) {
-            return 0.0;
-        }
-        let [a, b, c] = self.corners(triangle).map(DVec3::truncate);
-        [(a, b), (b, c), (c, a)].iter().map(|&(a, b)| q.distance(nearest(a, b, q).0)).fold(f64::INFINITY, f64::min)
+        outside(self.corners(triangle).map(DVec3::truncate), q)
     }
 
     /// Whether the triangle covers the screen point `q`. Of triangles that share an edge, and lie on its two sides, one
@@ -166,6 +191,17 @@ impl Mesh {
         let [a, b, c] = self.corners(triangle).map(DVec3::truncate);
         passes_right(a, b, q) ^ passes_right(b, c, q) ^ passes_right(c, a, q)
     }
+}
+
+/// Parameters that differ by less than this part of themselves are the same.
+const ROUNDING: f64 = 1e-13;
+
+/// Distance of `q` from a triangle of the plane.
+fn outside([a, b, c]: [DVec2; 3], q: DVec2) -> f64 {
+    if passes_right(a, b, q) ^ passes_right(b, c, q) ^ passes_right(c, a, q) {
+        return 0.0;
+    }
+    [(a, b), (b, c), (c, a)].iter().map(|&(a, b)| q.distance(nearest(a, b, q).0)).fold(f64::INFINITY, f64::min)
 }
 
 /// The point of a segment nearest to `q`, and where it is between the ends, from 0 to 1.
@@ -184,15 +220,9 @@ fn holding(breaks: &[f64], t: f64) -> std::ops::Range<usize> {
 }
 
 /// Whether the horizontal ray from `q` to the right meets the edge, whose lower end belongs to it.
-fn passes_right(a: DVec2, b: DVec2, q: DVec2) -> bool {
+pub(super) fn passes_right(a: DVec2, b: DVec2, q: DVec2) -> bool {
     let (a, b) = if (a.y, a.x) <= (b.y, b.x) { (a, b) } else { (b, a) };
     a.y <= q.y && q.y < b.y && (b - a).perp_dot(q - a) > 0.0
-}
-
-/// Distance of `p` from the line through `a` and `b`: how far the middle of a side is off. Where it is along the side
-/// is a matter of the parameters only.
-fn off_line(a: DVec3, b: DVec3, p: DVec3) -> f64 {
-    (p - a).reject_from_normalized((b - a).normalize_or_zero()).length()
 }
 
 struct Build {
@@ -216,6 +246,44 @@ impl Build {
             known: HashMap::new(),
             same: SAME_VERTEX * (hi - lo).length(),
         }
+    }
+
+    /// With the vertices that there are already, in view space.
+    fn seen(vertices: Vec<DVec3>) -> Self {
+        Self { vertices, triangles: Vec::new(), patches: 0, known: HashMap::new(), same: 0.0 }
+    }
+
+    fn mesh(mut self, cells: Vec<Cells>) -> Mesh {
+        let transitions = self.join();
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (lo, hi) = self.vertices.iter().fold(start, |(lo, hi), &p| (lo.min(p), hi.max(p)));
+        Mesh { vertices: self.vertices, triangles: self.triangles, transitions, size: (hi - lo).length(), cells }
+    }
+
+    /// Adds the triangles of one surface, whose vertices there are.
+    fn sheet(&mut self, sheet: &Sheet, sight: &Sight) -> Cells {
+        let first = self.patches;
+        self.patches += sheet.patches;
+        let triangles = sheet.facets.iter().map(|f| {
+            let ends = f.corners.map(|v| self.vertices[v as usize]);
+            let shared = (0..3).map(|k| ends[k].distance(sight.project(f.own[k]))).fold(0.0, f64::max);
+            // Sides run at any angle to a fold, and both ends of one may be as far as it is long from the fold that it stands
+            // for: four times what the surface is off at its middle, of which the usual safety covers half.
+            let off = |k: usize| {
+                let (middle, rim) = f.middles[k];
+                let gap = |p: DVec3| off_line(ends[k], ends[(k + 1) % 3], sight.project(p));
+                (2.0 * gap(middle)).max(rim.map_or(0.0, gap))
+            };
+            self.triangle(f.corners, shared + off(0).max(off(1)).max(off(2)), first + f.patch)
+        });
+        let triangles = triangles.collect();
+        let corners: Vec<[DVec2; 3]> = sheet.facets.iter().map(|f| f.uv).collect();
+        let grid = Grid::new(corners.len(), |k| {
+            let [a, b, c] = corners[k];
+            let margin = sheet.slack + ROUNDING * a.abs().max(b.abs()).max(c.abs());
+            [a.min(b).min(c) - margin, a.max(b).max(c) + margin]
+        });
+        Cells::Kept { corners, triangles, grid }
     }
 
     /// Adds the triangles of one surface, whose points are given on a grid twice as fine as the triangles'.

@@ -4,6 +4,10 @@
 //! control points by the definition of B-splines, cut into small triangles in view space, and a point is judged by the
 //! triangles that cover it on the screen.
 //!
+//! Of a trimmed surface the triangles are a constrained Delaunay triangulation of the parameters that the trims keep, by
+//! the even-odd rule over chords of their curves. Borders that coincide in space share their vertices, so that an edge of
+//! the model is one edge of triangles, whatever the parameters on its two sides.
+//!
 //! # Reach
 //!
 //! A triangle stands for the surface above its parameters; the distance e between the two is measured. Where the eye
@@ -27,17 +31,21 @@
 
 mod grid;
 mod mesh;
+mod outline;
 mod sight;
 mod spline;
+mod trimmed;
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
+use penvis_core::nurbs::Surface;
 use penvis_core::scene::Scene;
 
 use grid::Grid;
 use mesh::{Mesh, Transition};
 pub use sight::Sight;
+pub use trimmed::Model;
 
 /// Cells must come this near to the surface, as a part of the scene's size, or be as many as [`MOST_TRIANGLES`].
 const CHORD: f64 = 1e-4;
@@ -103,6 +111,7 @@ pub enum Doubt {
 /// A scene, tessellated and seen from one eye.
 pub struct Oracle {
     sight: Sight,
+    surfaces: Vec<Surface>,
     mesh: Mesh,
     triangles: Grid,
     transitions: Grid,
@@ -110,10 +119,14 @@ pub struct Oracle {
 
 impl Oracle {
     /// Tessellates until no triangle is farther than 10⁻⁴ of the scene's size from its surface, or there are 400 000
-    /// triangles. The same division is used for all surfaces, so that what meets along equal parameters is joined.
+    /// triangles. The same division is used for all surfaces, so that what meets along equal parameters is joined. Where
+    /// any is trimmed, each is divided for itself, and joined to others along borders; see [`Model`].
     #[must_use]
     pub fn new(scene: &Scene, sight: impl Into<Sight>) -> Self {
         let sight = sight.into();
+        if scene.surfaces.iter().any(|s| s.trims.is_some()) {
+            return Self::seen(scene, &Model::new(scene), sight);
+        }
         let mut parts = 12;
         let mesh = loop {
             let mesh = Mesh::new(scene, &sight, parts);
@@ -125,6 +138,17 @@ impl Oracle {
             }
             parts = next;
         };
+        Self::of(scene, mesh, sight)
+    }
+
+    /// A scene that is tessellated already; for several views of one with trimmed surfaces.
+    #[must_use]
+    pub fn seen(scene: &Scene, model: &Model, sight: impl Into<Sight>) -> Self {
+        let sight = sight.into();
+        Self::of(scene, Mesh::seen(model, &sight), sight)
+    }
+
+    fn of(scene: &Scene, mesh: Mesh, sight: Sight) -> Self {
         let least = LEAST * mesh.size;
         let triangles = Grid::new(mesh.triangles.len(), |k| {
             let [a, b, c] = mesh.corners(k as u32).map(DVec3::truncate);
@@ -137,7 +161,8 @@ impl Oracle {
             let margin = DVec2::splat(SAFETY * t.error + least);
             [a.min(b) - margin, a.max(b) + margin]
         });
-        Self { sight, mesh, triangles, transitions }
+        let surfaces = scene.surfaces.iter().map(|s| s.surface.clone()).collect();
+        Self { sight, surfaces, mesh, triangles, transitions }
     }
 
     /// Number of triangles.
@@ -161,7 +186,12 @@ impl Oracle {
         let p = self.sight.project(place.point);
         let home = self.mesh.at(place.surface, place.uv.x, place.uv.y);
         let own = match self.neighbourhood(&home, p, place.site) {
-            Some((own, ring)) if self.is_simple(&own, p.truncate(), ring, place.site) => own,
+            Some((own, ring))
+                if self.is_simple(&own, p.truncate(), ring, place.site)
+                    && (place.site != Site::Silhouette || self.is_plain_fold(place, p, ring)) =>
+            {
+                own
+            }
             _ => return Verdict::Ambiguous(Doubt::OwnSheet),
         };
         if self.is_near_transition(p, &own) {
@@ -259,6 +289,53 @@ impl Oracle {
             let d = t.ends[1] - t.ends[0];
             d.z.abs() <= STEEPEST * d.truncate().length()
         })
+    }
+
+    /// Whether the surface turns back at the point of a silhouette, and keeps to one side of it until it is out of the rings:
+    /// near a cusp it turns once more, and a sheet thinner than the rings may hide the point. Asked of the surface itself,
+    /// along the sight line's direction in its parameters.
+    fn is_plain_fold(&self, place: &Place, p: DVec3, radius: f64) -> bool {
+        const STEP: f64 = 1e-6;
+        let surface = &self.surfaces[place.surface];
+        let ([u0, u1], [v0, v1]) = (surface.domain_u(), surface.domain_v());
+        let (lo, hi) = (DVec2::new(u0, v0), DVec2::new(u1, v1));
+        let at = |uv: DVec2| self.sight.project(spline::point(surface, uv)).truncate();
+        let slope = |d: DVec2| {
+            let (a, b) = ((place.uv - d).max(lo), (place.uv + d).min(hi));
+            (at(b) - at(a)) / (b - a).max_element()
+        };
+        let (du, dv) = (slope(STEP * DVec2::X * (hi - lo)), slope(STEP * DVec2::Y * (hi - lo)));
+        // On a fold both run along it on the screen.
+        let scale = hi - lo;
+        let along = if du.length() * scale.x > dv.length() * scale.y { du } else { dv }.normalize_or_zero();
+        let way = DVec2::new(-dv.dot(along), du.dot(along));
+        let way = way / (way / scale).abs().max_element();
+        if !way.is_finite() {
+            return false;
+        }
+        let rounding = 1e-3 * LEAST * self.mesh.size;
+        let mut side = 0.0;
+        for back in [-1.0, 1.0] {
+            for k in (0..=16).rev() {
+                let uv = place.uv + back * way * f64::from(-k).exp2();
+                if uv.cmplt(lo).any() || uv.cmpgt(hi).any() {
+                    break;
+                }
+                let off = (at(uv) - p.truncate()).perp_dot(along);
+                if off.abs() <= rounding {
+                    continue;
+                }
+                if side == 0.0 {
+                    side = off.signum();
+                } else if side != off.signum() {
+                    return false;
+                }
+                if off.abs() > 3.0 * radius {
+                    break;
+                }
+            }
+        }
+        true
     }
 
     /// Whether an edge that ends or folds a sheet, not behind the point and not its own, passes within the error.

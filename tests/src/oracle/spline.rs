@@ -1,6 +1,6 @@
 //! Rational B-spline surfaces by their definition: basis functions from the Cox–de Boor recursion, summed.
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 use penvis_core::nurbs::Surface;
 
 /// The basis functions that do not vanish at one parameter: index of the first, and the values of all.
@@ -28,6 +28,11 @@ impl Basis {
         }
         Self { first: span - degree, values }
     }
+}
+
+/// The surface's point at one pair of parameters.
+pub(super) fn point(surface: &Surface, uv: DVec2) -> DVec3 {
+    points(surface, &[uv.x], &[uv.y])[0]
 }
 
 /// The surface's points at every pair of the parameters `us`, `vs`: index `i * vs.len() + j`.

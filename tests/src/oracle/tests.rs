@@ -1,7 +1,9 @@
 use super::*;
-use penvis_core::nurbs::Surface;
+use glam::DMat4;
+use penvis_core::nurbs::{Curve, Surface};
 use penvis_core::scene::SceneSurface;
-use penvis_core::shape::{Frame, plane, sphere, torus};
+use penvis_core::shape::{Frame, circle, cylinder, plane, polyline, sphere, torus};
+use penvis_core::trim::Trims;
 
 fn scene(surfaces: Vec<Surface>) -> Scene {
     let named = |(k, surface)| SceneSurface::new(format!("surface {k}"), surface);
@@ -143,4 +145,68 @@ fn what_touches_or_borders_is_not_judged() {
     assert_eq!(place(2.1, 2, 4.0), Verdict::Visible);
     // On the edge of a sheet: its own edge does not hide it.
     assert_eq!(place(2.0, 1, 2.0), Verdict::Visible);
+}
+
+fn holed(surface: Surface, loops: &[Vec<Curve>]) -> SceneSurface {
+    let trims = Some(Trims::new(&surface, loops).unwrap());
+    SceneSurface { trims, ..SceneSurface::new("trimmed", surface) }
+}
+
+fn ring(centre: DVec2, radius: f64) -> Vec<Curve> {
+    let there = DMat4::from_translation(centre.extend(0.0));
+    vec![circle(&Frame::WORLD, radius).unwrap().transformed(there).unwrap()]
+}
+
+#[test]
+fn a_trimmed_sheet_hides_what_it_keeps_and_is_judged_to_its_borders() {
+    // A disc of radius 2 with a hole of radius ½ off its middle, before a wall; parameters run from 0 to 1.
+    let loops = [ring(DVec2::splat(0.5), 0.4), ring(DVec2::new(0.6, 0.5), 0.1)];
+    let mut s = scene(vec![wall(3.0, 4.0)]);
+    s.surfaces.push(holed(wall(0.0, 2.5), &loops));
+    for sight in [parallel(DVec3::NEG_Y), parallel(DVec3::new(0.3, -1.0, 0.2)), central(DVec3::new(1.0, -4.0, 1.5))] {
+        mostly(agree(&s, sight, 0, |p| {
+            let way = towards_eye(sight, p);
+            let q = p - way * (p.y / way.y);
+            let kept = q.length() < 2.0 && q.distance(DVec3::X * 0.5) > 0.5;
+            u32::from(kept && p.y > 0.0)
+        }));
+    }
+    // On the border of the hole: the end of a sheet, and nothing before it.
+    let oracle = Oracle::new(&s, parallel(DVec3::new(0.3, -1.0, 0.2)));
+    let on_border = |k: u32| {
+        let uv = DVec2::new(0.6, 0.5) + 0.1 * DVec2::from_angle(0.37 + f64::from(k));
+        oracle.judge(&Place { point: s.surfaces[1].surface.eval(uv.x, uv.y), surface: 1, uv, site: Site::Sheet })
+    };
+    assert!((0..60).all(|k| on_border(k) == Verdict::Visible));
+    // All round each border there is an outline to be seen.
+    let near = |q: DVec2, radius: f64, centre: f64| q.distance(DVec2::new(centre, 0.0)) - radius;
+    let front = Oracle::new(&s, parallel(DVec3::NEG_Y));
+    let outline = front.visible_outline();
+    for (radius, centre) in [(2.0, 0.0), (0.5, 0.5)] {
+        let found = outline.iter().filter(|(q, error)| near(*q, radius, centre).abs() <= *error).count();
+        assert!(found > 40, "{found} places on the border with radius {radius}");
+    }
+}
+
+/// A plate with a round hole and a wall that begins there, whose parameters have nothing in common, are joined.
+#[test]
+fn a_wall_and_the_hole_that_it_begins_at_share_an_edge() {
+    let plate = plane(DVec3::new(-1.0, -1.0, 0.0), 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap();
+    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)].map(|(u, v)| DVec3::new(u, v, 0.0));
+    let border = vec![polyline(&corners).unwrap()];
+    let bore = cylinder(&Frame::new(DVec3::new(0.0, 0.0, -0.7), DVec3::Z, DVec3::X).unwrap(), 0.5, 0.7).unwrap();
+    let mut s = scene(vec![bore]);
+    s.surfaces.push(holed(plate, &[border, ring(DVec2::splat(0.5), 0.25)]));
+    let oracle = Oracle::new(&s, parallel(DVec3::new(0.4, -1.0, 0.8)));
+    let mut seen = 0;
+    for k in 0..200 {
+        let uv = DVec2::splat(0.5) + 0.25 * DVec2::from_angle(f64::from(k));
+        let place = Place { point: s.surfaces[1].surface.eval(uv.x, uv.y), surface: 1, uv, site: Site::Crease };
+        match oracle.judge(&place) {
+            Verdict::Visible => seen += 1,
+            Verdict::Hidden(n) => panic!("{n} sheets before {place:?}"),
+            Verdict::Ambiguous(_) => {}
+        }
+    }
+    assert!(seen > 180, "{seen} places of the edge are seen");
 }
