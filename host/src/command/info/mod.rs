@@ -46,6 +46,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Error> {
     Ok(super::print(&text)?)
 }
 
+/// Most names that the text lists; what is longer is for programs.
+const MOST_NAMES: usize = 100;
+
 fn facts(model: &Model) -> Result<Facts, Error> {
     Facts::of(model, Stop::when(&interrupt::is_wanted))
         .map_err(|_| Error::Interrupted { doing: "looking for open edges".into() })
@@ -108,9 +111,12 @@ fn describe(facts: &Facts) -> String {
     }
     let own = if facts.view_is_own { "" } else { "none stored; iso is used: " };
     line(&mut text, "view", format!("{own}{}", view(&facts.view.clone().into())));
-    for Named { name, first, last } in &facts.names {
+    for Named { name, first, last } in facts.names.iter().take(MOST_NAMES) {
         let surfaces = if first == last { format!("surface {first}") } else { format!("surfaces {first} to {last}") };
         line(&mut text, "name", format!("{surfaces}: {name}"));
+    }
+    if facts.names.len() > MOST_NAMES {
+        line(&mut text, "name", format!("{} more; --json lists all", facts.names.len() - MOST_NAMES));
     }
     let in_files: usize = facts.files.iter().map(|file| file.problems.len()).sum();
     if facts.problems.is_empty() && in_files == 0 {

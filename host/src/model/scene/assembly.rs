@@ -8,6 +8,7 @@ use std::rc::Rc;
 use penvis_core::scene::{Scene, SceneSurface};
 
 use super::object::{Body, Look, Object};
+use super::shape::Faces;
 use crate::builtin;
 use crate::model::fault::{Fault, ReadError};
 use crate::model::import::{MOST_POINTS, Reading, Report};
@@ -72,8 +73,8 @@ impl<'a> Assembly<'a> {
     /// If its model cannot be read, a surface cannot stand where it is put, or there are too many.
     pub(super) fn add(&mut self, object: Object<'_>) -> Result<(), ReadError> {
         let Object { name, body, line, placement, look } = object;
-        let model = match body {
-            Body::Shape(faces) => Rc::new(self.shape(faces)),
+        let (model, kinds) = match body {
+            Body::Shape(faces) => shape(faces),
             Body::Model(spec) => self.model(spec, line, look.crease_angle)?,
         };
         let (count, members) = (placement.count(), &model.scene.surfaces);
@@ -88,6 +89,9 @@ impl<'a> Assembly<'a> {
                 self.surfaces, self.points
             );
             return Err(Fault::line(line, problem).into());
+        }
+        for (kind, number) in kinds {
+            *self.done.report.kinds.entry(kind).or_default() += number * count as usize;
         }
         let base = self.done.styles.last().map_or(0, |(range, _)| range.end);
         let moved = |range: &Range<usize>, by: usize| by + range.start..by + range.end;
@@ -126,22 +130,12 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// A model of the faces of a shape.
-    fn shape(&mut self, faces: super::shape::Faces) -> Model {
-        let mut surfaces = Vec::with_capacity(faces.len());
-        for (kind, face) in faces {
-            *self.done.report.kinds.entry(kind.to_owned()).or_default() += 1;
-            surfaces.push(face);
-        }
-        Model { scene: Scene { name: String::new(), surfaces }, ..Model::default() }
-    }
-
-    /// The model that is built in under this name, or in this file.
-    fn model(&mut self, spec: &str, line: usize, crease_angle: Option<f64>) -> Result<Rc<Model>, ReadError> {
+    /// The model that is built in under this name, with its kinds, or that in this file, whose reader tells them.
+    fn model(&mut self, spec: &str, line: usize, crease_angle: Option<f64>) -> Result<(Rc<Model>, Kinds), ReadError> {
         if let Some(built_in) = load::built_in(spec) {
             let kind = format!("surface of {}", built_in.scene.name);
-            *self.done.report.kinds.entry(kind).or_default() += built_in.scene.surfaces.len();
-            return Ok(Rc::new(built_in));
+            let kinds = Kinds::from([(kind, built_in.scene.surfaces.len())]);
+            return Ok((Rc::new(built_in), kinds));
         }
         let Some(folder) = &self.folder else {
             let problem = "is no built-in model, and a scene that is in no file cannot refer to one";
@@ -150,7 +144,7 @@ impl<'a> Assembly<'a> {
         let path = folder.join(spec);
         let key = (path.clone(), crease_angle.map(f64::to_bits));
         if let Some(model) = self.models.get(&key) {
-            return Ok(model.clone());
+            return Ok((model.clone(), Kinds::new()));
         }
         let reading = self.reading.clone().or_crease_angle(crease_angle);
         let model = load::load_file(&path, &reading).map_err(|error| match error {
@@ -159,13 +153,27 @@ impl<'a> Assembly<'a> {
         })?;
         let model = Rc::new(model);
         self.models.insert(key, model.clone());
-        Ok(model)
+        Ok((model, Kinds::new()))
     }
 
     /// All of it.
     pub(super) fn finish(self) -> Assembled {
         self.done
     }
+}
+
+/// Surfaces by kind.
+type Kinds = BTreeMap<String, usize>;
+
+/// A model of the faces of a shape, with their kinds.
+fn shape(faces: Faces) -> (Rc<Model>, Kinds) {
+    let mut kinds = Kinds::new();
+    let mut surfaces = Vec::with_capacity(faces.len());
+    for (kind, face) in faces {
+        *kinds.entry(kind.to_owned()).or_default() += 1;
+        surfaces.push(face);
+    }
+    (Rc::new(Model { scene: Scene { name: String::new(), surfaces }, ..Model::default() }), kinds)
 }
 
 /// The names of the built-in models, for messages.

@@ -296,6 +296,9 @@ rotate = { axis = [1, 1, 0], degrees = 30 }\n";
 fn every_key_is_read() {
     let found = import(GOOD);
     assert_eq!((found.scene.surfaces.len(), found.styles.len()), (5, 1));
+    // All copies count.
+    let kinds: Vec<_> = found.report.kinds.iter().map(|(kind, number)| (kind.as_str(), *number)).collect();
+    assert_eq!(kinds, [("cone", 1), ("plane", 2), ("surface of saddle", 2)]);
 }
 
 proptest! {
