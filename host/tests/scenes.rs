@@ -118,21 +118,35 @@ margin = 20
     order(&gcode, "G1 X", "(pen 2)");
 }
 
+/// A saddle cut to a triangle with a triangular hole, above a square.
+const TRIMMED: &str = r#"{"surfaces": [
+  {"degree_u": 1, "degree_v": 1, "knots_u": [2, 2, 3, 3], "knots_v": [0, 0, 1, 1],
+   "control_points": [[[0, 0, 0, 1], [0, 1, 1, 1]], [[1, 0, 1, 1], [1, 1, 0, 1]]],
+   "trim_loops": [
+     [{"degree": 1, "knots": [0, 0, 1, 2, 3, 3], "control_points": [[2.1, 0, 1], [3, 0.3, 1], [2.4, 1, 1], [2.1, 0, 1]]}],
+     [{"degree": 1, "knots": [0, 0, 1, 2, 3, 3], "control_points": [[2.3, 0.3, 1], [2.6, 0.4, 1], [2.4, 0.6, 1], [2.3, 0.3, 1]]}]]},
+  {"degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+   "control_points": [[[0, 0, -0.4, 1], [0, 1, -0.4, 1]], [[1, 0, -0.4, 1], [1, 1, -0.4, 1]]]}]}"#;
+
 #[test]
 fn a_scene_that_is_mirrored_is_drawn_as_its_mirror_image() {
     let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, scale: &str| {
-        let text =
-            format!("[[object]]\nmodel = 'knight'\nscale = {scale}\n[style]\ncurves = 'boundary,crease,silhouette'\n");
-        fs::write(folder.path().join(name), text).unwrap();
+    fs::write(folder.path().join("trimmed.json"), TRIMMED).unwrap();
+    let write = |name: &str, model: &str, scale: &str| {
+        fs::write(folder.path().join(name), format!("[[object]]\nmodel = '{model}'\nscale = {scale}\n")).unwrap();
     };
-    write("plain.toml", "1");
-    write("mirrored.toml", "[-1, 1, 1]");
-    let plain = drawing(folder.path(), "plain.toml --view 1,-2,0.7");
-    let mirrored = drawing(folder.path(), "mirrored.toml --view -1,-2,0.7");
-    for kind in ["crease", "silhouette"] {
-        let [a, b] = [&plain, &mirrored].map(|d| ink(d, |p| p["kind"] == kind));
-        assert!(a > 0.0 && (a - b).abs() < 1e-3 * a, "{kind}: {a} and {b}");
+    for (model, kinds) in [("knight", ["crease", "silhouette"]), ("trimmed.json", ["boundary", "iso"])] {
+        write("plain.toml", model, "1");
+        write("mirrored.toml", model, "[-1, 1, 1]");
+        let plain = drawing(folder.path(), "plain.toml --view 1,-2,1.7 --iso 3 --hidden layer");
+        let mirrored = drawing(folder.path(), "mirrored.toml --view -1,-2,1.7 --iso 3 --hidden layer");
+        for kind in kinds {
+            for visible in [true, false] {
+                let [a, b] = [&plain, &mirrored].map(|d| ink(d, |p| p["kind"] == kind && p["visible"] == visible));
+                assert!(a > 0.0, "{model} {kind} {visible}");
+                assert!((a - b).abs() <= 1e-3 * a, "{model} {kind} {visible}: {a} and {b}");
+            }
+        }
     }
 }
 
