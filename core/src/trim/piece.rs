@@ -100,7 +100,7 @@ impl TrimPiece {
     }
 
     /// The parts before and after `s`, which have the point `at` in common, or else the curve's.
-    fn split(&self, s: f64, at: Option<DVec2>) -> (Self, Self) {
+    pub(super) fn split(&self, s: f64, at: Option<DVec2>) -> (Self, Self) {
         let mut right = self.points.clone();
         let mut left = Vec::with_capacity(right.len());
         for r in (0..right.len()).rev() {
@@ -224,6 +224,18 @@ impl TrimPiece {
             return 1.0;
         }
         bracketed(|s| self.eval(s)[k] - value, [0.0, 1.0], [a, b])
+    }
+
+    /// The parameter of a point on the piece, to `noise`, that is not one of its ends.
+    pub(super) fn passes(&self, at: DVec2, noise: DVec2) -> Option<f64> {
+        let (lo, hi) = self.bounds();
+        let same = |p: DVec2| (p - at).abs().cmple(noise).all();
+        if at.cmplt(lo - noise).any() || at.cmpgt(hi + noise).any() || same(self.from) || same(self.to) {
+            return None;
+        }
+        let k = usize::from(hi.y - lo.y > hi.x - lo.x);
+        let s = self.reaches(k, at[k]);
+        (s > 0.0 && s < 1.0 && same(self.eval(s))).then_some(s)
     }
 
     /// Whether the piece has a point in the closed rectangle from `lo` to `hi`.

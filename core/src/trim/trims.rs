@@ -77,7 +77,7 @@ impl Trims {
     ///
     /// Curves that end within 10⁻⁶ of the parameter range of where the next one begins are made to meet; what
     /// overshoots the range by no more is moved onto its border. Cost: the roots of two polynomials of degree 2p − 1
-    /// for each polynomial piece of degree p, and a crossing for each pair of pieces that lie beside one another.
+    /// for each polynomial piece of degree p, and a crossing for each pair of pieces that lie beside or on one another.
     ///
     /// # Errors
     /// If there is no loop, or one has no extent, is not closed or leaves the parameter range.
@@ -148,7 +148,30 @@ impl Trims {
         x.clamp(self.lo, self.hi)
     }
 
+    /// Finds what is kept beside each piece. Pieces are cut first where others begin or end on them: along what two have in
+    /// common, and nowhere else, the surface is the same on both sides.
     pub(super) fn find_kept_sides(&mut self) {
+        let noise = self.noise();
+        let joints: Vec<DVec2> = self.pieces().map(TrimPiece::from).collect();
+        for own in &mut self.loops {
+            let mut cut = Vec::with_capacity(own.pieces.len());
+            for piece in own.pieces.drain(..) {
+                let mut places: Vec<(f64, DVec2)> =
+                    joints.iter().filter_map(|&at| piece.passes(at, noise).map(|s| (s, at))).collect();
+                places.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let mut rest = piece;
+                for (_, at) in places {
+                    // Of two that are one to rounding the second is an end now.
+                    if let Some(s) = rest.passes(at, noise) {
+                        let (before, after) = rest.split(s, Some(at));
+                        cut.push(before);
+                        rest = after;
+                    }
+                }
+                cut.push(rest);
+            }
+            own.pieces = cut;
+        }
         let sides: Vec<Vec<Option<bool>>> =
             self.loops.iter().map(|l| l.pieces.iter().map(|p| self.kept_side(p)).collect()).collect();
         for (own, side) in self.loops.iter_mut().zip(sides) {
