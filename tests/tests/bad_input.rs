@@ -234,6 +234,39 @@ fn a_gigabyte_that_was_cut_off_is_refused_without_holding_it() {
     }
 }
 
+/// Triangles of binary STL have 50 bytes each, and their number comes first: a file is not read to find out that it is too
+/// short, or too long for a drawing.
+#[test]
+fn binary_stl_is_held_against_its_length() {
+    let folder = Folder::new();
+    let path = folder.0.path().join("large.stl");
+    for (count, length, expected) in [
+        (4_u32, 0, "FILE: is empty"),
+        (4, 83, "FILE: is only 83 bytes long, shorter than the beginning of a binary STL file"),
+        (
+            1_000_000_000,
+            1 << 30,
+            "FILE: header: announces 1000000000 triangles, but its 1073741824 bytes hold 21474834; it is cut off or no STL file, so get it anew",
+        ),
+        (
+            21_474_834,
+            84 + 50 * 21_474_834,
+            "FILE: header: has 21474834 triangles; no pen can draw more than 1048576, so simplify the mesh",
+        ),
+        (3, 84 + 50 * 3, "FILE: has no triangle with an area; there is nothing to draw"),
+    ] {
+        let mut file = File::create(&path).expect("a file");
+        file.write_all(&[0; 80]).expect("room for a small file");
+        file.write_all(&count.to_le_bytes()).expect("room for a small file");
+        file.set_len(length).expect("a file with a hole");
+        MEMORY.reset_peak_usage();
+        let before = MEMORY.current_usage();
+        assert_eq!(refused(&path), expected);
+        let taken = MEMORY.peak_usage().saturating_sub(before);
+        assert!(taken < MOST_MEMORY, "{taken} bytes to say {expected}");
+    }
+}
+
 /// Extension, what is replaced in the sample of it, by what, and the message.
 type Change = (&'static str, &'static str, &'static str, &'static str);
 

@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 
 use crate::line::{Axis, Line};
 use crate::trim::BorderEdge;
@@ -117,6 +117,8 @@ pub struct Side {
     pub collapsed: bool,
     pub(super) lo: DVec3,
     pub(super) hi: DVec3,
+    /// Its ends if it is known to be straight.
+    pub(super) straight: Option<[DVec3; 2]>,
 }
 
 impl Side {
@@ -145,7 +147,11 @@ impl Side {
                 Some(trims) => trims.kept_on_border(axis, value),
                 None => vec![line.domain()],
             };
-            Self { path: SidePath::Line(line), kept, shared: shared.clone(), collapsed, lo, hi }
+            let straight = match &line.spans[..] {
+                [span] => <[DVec4; 2]>::try_from(&span.points[..]).ok().map(|ends| ends.map(|h| h.truncate() / h.w)),
+                _ => None,
+            };
+            Self { path: SidePath::Line(line), kept, shared: shared.clone(), collapsed, lo, hi, straight }
         })
         .collect()
     }
@@ -159,7 +165,15 @@ impl Side {
             Some(BorderEdge { t: [k as f64, (k + 1) as f64], edge })
         };
         let shared = line.spans.iter().enumerate().filter_map(side).collect();
-        Self { path: SidePath::Trim(line), kept, shared, collapsed: (hi - lo).length() <= distance, lo, hi }
+        Self {
+            path: SidePath::Trim(line),
+            kept,
+            shared,
+            collapsed: (hi - lo).length() <= distance,
+            lo,
+            hi,
+            straight: None,
+        }
     }
 
     /// Whether `p` is as near as `distance` to the box of the boundary curve: else it is farther from the curve.
