@@ -104,8 +104,8 @@ impl Stitching {
         sides.extend(trims.map(|line| Side::trimmed(view, line, options.distance)));
         let mut near = near::near_pairs(&sides, options.distance, stop);
         add_shared(&sides, &mut near);
-        let changes_of = |side: &Side| side.changes().into_iter().map(|t| side.path.point(view, t)).collect();
-        let changes: Vec<Vec<DVec3>> = sides.iter().map(changes_of).collect();
+        let changes_of = |side: &Side| side.changes().into_iter().map(|t| Change::of(view, side, t)).collect();
+        let changes: Vec<Vec<Change>> = sides.iter().map(changes_of).collect();
         let of_side = |i: usize| {
             let mut edges = Vec::new();
             if sides[i].is_edge() && !stop.is_wanted() {
@@ -167,12 +167,26 @@ fn add_shared(sides: &[Side], near: &mut [Vec<usize>]) {
     }
 }
 
+/// A place of a side where a coincidence can begin or end.
+struct Change {
+    at: DVec3,
+    /// Shared edges of which the side has a part that begins or ends there.
+    edges: Vec<u32>,
+}
+
+impl Change {
+    fn of(view: &ViewScene, side: &Side, t: f64) -> Self {
+        let edges = side.shared.iter().filter(|s| s.t.contains(&t)).map(|s| s.edge).collect();
+        Self { at: side.path.point(view, t), edges }
+    }
+}
+
 /// Cuts side `i` where a coincidence begins or ends, and classifies the intervals. `changes` are the places of the sides
 /// where one can.
 fn side_edges(
     view: &ViewScene,
     sides: &[Side],
-    changes: &[Vec<DVec3>],
+    changes: &[Vec<Change>],
     i: usize,
     near: &[usize],
     options: &StitchOptions,
@@ -183,7 +197,13 @@ fn side_edges(
     // A coincidence of analytic curves can begin and end only at a knot of one of them, or where one is cut off.
     let mut cuts = sides[i].changes();
     for &j in near {
-        for &p in &changes[j] {
+        for change in &changes[j] {
+            let p = change.at;
+            // The ends of a part of the same edge count whatever their distance.
+            if change.edges.iter().any(|&edge| sides[i].shared.iter().any(|own| own.edge == edge)) {
+                cuts.push(path.nearest(view, p).0);
+                continue;
+            }
             if !sides[i].may_hold(p, options.distance) {
                 continue;
             }
@@ -212,11 +232,12 @@ fn side_edges(
         if !sides[i].is_kept(at(0.5)) {
             continue;
         }
-        let edge = sides[i].edge_at(at(0.5));
+        let of_edge = sides[i]
+            .edge_at(at(0.5))
+            .map_or_else(Vec::new, |edge| other_sides(view, sides, i, edge, near, PROBES.map(at), options.distance));
         let coincides = |j: &usize| {
             let other = &sides[*j];
-            let shared = edge.is_some_and(|edge| other.shared.iter().any(|s| s.edge == edge));
-            shared
+            of_edge.contains(j)
                 || PROBES.iter().all(|&f| {
                     let p = path.point(view, at(f));
                     other.may_hold(p, options.distance) && {
@@ -263,6 +284,32 @@ fn is_triangle(view: &ViewScene, sides: &[Side], surface: usize) -> bool {
 
 /// Equal parts of an interval in which a join is asked whether it is smooth.
 const PLACES: u32 = 16;
+
+/// Of the sides that belong to the same edge, those that run along side `i` at the parameters `t`, whatever their distance.
+///
+/// An edge may be in several parts on each of its surfaces. Of the others the nearest points stay at their ends; and where
+/// an edge comes back beside itself, round a slot, the part across is farther off by far.
+fn other_sides(
+    view: &ViewScene,
+    sides: &[Side],
+    i: usize,
+    edge: u32,
+    near: &[usize],
+    t: [f64; 5],
+    distance: f64,
+) -> Vec<usize> {
+    let own = t.map(|t| sides[i].path.point(view, t));
+    let length = |points: &[DVec3; 5]| points.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
+    let along = |&j: &usize| {
+        let feet = own.map(|p| sides[j].path.point(view, sides[j].path.nearest(view, p).0));
+        let far = own.iter().zip(&feet).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
+        (length(&feet) >= 0.5 * length(&own)).then_some((j, far))
+    };
+    let of_edge = near.iter().filter(|&&j| sides[j].shared.iter().any(|s| s.edge == edge));
+    let found: Vec<(usize, f64)> = of_edge.filter_map(along).collect();
+    let nearest = found.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
+    found.into_iter().filter(|f| f.1 <= distance.max(2.0 * nearest)).map(|f| f.0).collect()
+}
 
 /// Parts of the interval `t` of a side, one after the other, with the class of each. The class is asked for at the middles
 /// of so many equal parts, and where it changes the place is bisected until it is `short`. A place without a class, because a
@@ -416,6 +463,34 @@ mod tests {
         assert_eq!(joined(DVec3::X, [7, 7]), [6, 0, 2]);
         assert_eq!(joined(DVec3::Z, [7, 7]), [6, 2, 0]);
         assert_eq!(joined(DVec3::X, [7, 8]), [8, 0, 0]);
+    }
+
+    #[test]
+    fn an_edge_round_corners_is_joined_part_by_part() {
+        use crate::shape::polyline;
+        use crate::trim::{TrimCurve, Trims};
+        // A square with a square hole, and what fits into it, all of the seam one edge. Then that lies a little lower.
+        for lower in [0.0, 0.01] {
+            let ring = |corners: &[[f64; 2]], edge: Option<u32>| -> Vec<TrimCurve> {
+                let side = |w: &[[f64; 2]]| polyline(&[w[0], w[1]].map(|c| DVec3::new(c[0], c[1], 0.0))).unwrap();
+                corners.windows(2).map(|w| TrimCurve { curve: side(w), edge }).collect()
+            };
+            let all = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+            let hole = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.75], [0.75, 0.25], [0.25, 0.25]];
+            let part = |surface: Surface, loops: &[Vec<TrimCurve>]| {
+                let trims = Trims::oriented(&surface, [false; 2], loops).unwrap();
+                SceneSurface { trims: Some(trims), ..SceneSurface::new("part", surface) }
+            };
+            let plate = square(DVec3::ZERO, DVec3::X, DVec3::Y);
+            let plug = square(DVec3::new(0.25, 0.25, -lower), 0.5 * DVec3::X, 0.5 * DVec3::Y);
+            let surfaces =
+                vec![part(plate, &[ring(&all, None), ring(&hole, Some(7))]), part(plug, &[ring(&all, Some(7))])];
+            let camera = Camera::orthographic(DVec3::new(1.0, -2.0, 0.7), DVec3::Z).unwrap();
+            let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
+            let s = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.02 }, Stop::NEVER);
+            assert_eq!(self::classes(&s), [4, 0, 8]);
+            assert!(s.edges.iter().all(|e| e.partners.len() <= 1));
+        }
     }
 
     #[test]

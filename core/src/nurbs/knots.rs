@@ -21,8 +21,13 @@ impl KnotVector {
     /// # Errors
     /// If an invariant does not hold; the error names the knot.
     pub fn new(knots: Vec<f64>, degree: usize) -> Result<Self, NurbsError> {
-        if degree == 0 || degree > MAX_DEGREE {
-            return Err(NurbsError::Degree { degree, max: MAX_DEGREE });
+        Self::checked(knots, degree, MAX_DEGREE)
+    }
+
+    /// As [`new`](Self::new), with another limit to the degree: for what is lowered before anything else is done with it.
+    pub(super) fn checked(knots: Vec<f64>, degree: usize, max: usize) -> Result<Self, NurbsError> {
+        if degree == 0 || degree > max {
+            return Err(NurbsError::Degree { degree, max });
         }
         let least = 2 * (degree + 1);
         if knots.len() < least {

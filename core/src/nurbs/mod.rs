@@ -14,6 +14,8 @@ mod curve;
 mod de_boor;
 mod error;
 mod knots;
+mod lower;
+mod nearest;
 mod refine;
 mod surface;
 #[cfg(test)]
@@ -22,4 +24,5 @@ mod tests;
 pub use curve::{BezierSegment, Curve};
 pub use error::{Direction, NurbsError};
 pub use knots::KnotVector;
+pub use lower::{MAX_LOWERED_DEGREE, lowered_curve, lowered_surface};
 pub use surface::{Surface, SurfaceJet};

@@ -48,7 +48,7 @@ impl Strip {
     }
 
     /// Inserts `t` until its multiplicity is at least `multiplicity`.
-    fn raise(&mut self, t: f64, multiplicity: usize) {
+    pub(super) fn raise(&mut self, t: f64, multiplicity: usize) {
         for _ in self.knots.multiplicity(t)..multiplicity {
             self.insert(t);
         }

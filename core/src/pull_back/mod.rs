@@ -33,6 +33,9 @@ use crate::nurbs::{Curve, KnotVector, NurbsError, Surface};
 
 pub use error::PullBackError;
 
+/// Part of the range of a curve's parameter within which the search begins at a knot.
+const BESIDE: f64 = 1e-6;
+
 /// The image of a space curve in the parameters of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PulledBack {
@@ -166,7 +169,10 @@ impl<'a> PullBack<'a> {
     ) -> Result<(Result<Curve, NurbsError>, Miss), PullBackError> {
         let curve = walk.curve;
         // The search for the right sheet begins inside, where the curve is away from poles and seams.
-        let t = 0.5 * (from.t + to.t);
+        let middle = 0.5 * (from.t + to.t);
+        // At a knot rather than beside it: a step from the one to the other would be all rounding.
+        let near = |k: &&f64| (**k - middle).abs() <= BESIDE * (to.t - from.t);
+        let t = walk.breaks.iter().find(near).copied().unwrap_or(middle);
         let at = curve.eval(t);
         let foot = self.sheet.foot(at, walk.tolerance);
         if foot.distance > walk.limit {

@@ -417,3 +417,18 @@ fn a_straight_image_next_to_a_border_or_a_seam_is_on_it() {
         assert_eq!(ends(&checked(&s, ROUND, &ray, 1e-6)), [DVec2::ZERO, DVec2::Y]);
     }
 }
+
+/// The sum of the ends of this range, halved, is a unit in the last place from the knot that is its middle.
+#[test]
+fn a_knot_beside_the_middle_is_no_obstacle() {
+    let (a, knot, b) = (0.1, 0.4, 0.7);
+    assert!(0.5 * (a + b) != knot, "the case has gone");
+    let s = cylinder(&Frame::WORLD, 12.0, 48.0).unwrap();
+    // Half a turn round the upper border, made of two quarters.
+    let half = arc(&Frame::at(DVec3::new(0.0, 0.0, 48.0)).unwrap(), 12.0, 0.1, PI).unwrap();
+    let knots = [a, a, a, knot, knot, b, b, b].to_vec();
+    let c = Curve::from_homogeneous(KnotVector::new(knots, 2).unwrap(), half.homogeneous().to_vec()).unwrap();
+    let found = checked(&s, ROUND, &c, 1e-6);
+    assert_eq!(found.curves.len(), 1);
+    assert_eq!(found.curves[0].degree(), 1);
+}

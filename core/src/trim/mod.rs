@@ -9,6 +9,7 @@ mod error;
 mod interval;
 mod oriented;
 mod piece;
+mod rectangle;
 #[cfg(test)]
 mod tests;
 mod trims;

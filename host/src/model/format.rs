@@ -7,7 +7,7 @@ use std::path::Path;
 use super::fault::ReadError;
 use super::import::{Import, Reading};
 use super::source::Source;
-use super::{bpt, itd, obj, scene, stl, surface_json};
+use super::{bpt, itd, obj, scene, step, stl, surface_json};
 
 /// A format of model files.
 pub struct ModelFormat {
@@ -37,7 +37,7 @@ impl ModelFormat {
 
 /// The formats, in the order in which a file is held against them.
 pub const FORMATS: &[ModelFormat] =
-    &[surface_json::FORMAT, stl::FORMAT, obj::FORMAT, bpt::FORMAT, itd::FORMAT, scene::FORMAT];
+    &[surface_json::FORMAT, step::FORMAT, stl::FORMAT, obj::FORMAT, bpt::FORMAT, itd::FORMAT, scene::FORMAT];
 
 /// The format of a file: what it looks like inside, or else what its extension says.
 #[must_use]

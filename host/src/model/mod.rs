@@ -11,6 +11,7 @@ mod mesh;
 mod obj;
 mod scene;
 mod source;
+mod step;
 mod stl;
 mod surface_json;
 mod text;
