@@ -96,6 +96,16 @@ fn a_wave_with_holes() {
     }
 }
 
+/// A silhouette of a hole's wall runs within a thousandth of a radian of the seam, where the wall ends: what it hides of the
+/// hole's edge is thinner than anything triangles can tell.
+#[test]
+fn a_silhouette_next_to_a_seam() {
+    let scene = scene("mech.json");
+    let eye = DVec3::new(-32.61385944206944, -180.23272780572606, 71.29164831130333);
+    let view = View::perspective(eye, DVec3::new(0.0, 0.0, 24.0));
+    agree(&scene, &Model::new(&scene), &view, (1000, 0.25));
+}
+
 /// The comparison can fail: where the pipeline does not know of the holes of one face, it disagrees.
 #[test]
 fn holes_that_the_pipeline_does_not_see_are_noticed() {

@@ -24,6 +24,8 @@ pub(super) struct Triangle {
     pub(super) error: f64,
     /// Longest side in view space.
     pub(super) side: f64,
+    /// Sine of the greatest angle that the surface's normal makes with the triangle's, as far as that is known of itself.
+    turn: f64,
     pub(super) neighbours: [Option<u32>; 3],
     /// Number of the piece between neighbouring knots, of all surfaces.
     patch: u32,
@@ -96,12 +98,13 @@ impl Mesh {
 
     /// Whether the triangle is farther from being seen edge-on than its normal differs from its neighbours': then the
     /// surface does not turn away from the eye between its corners, and come back, unseen. Neighbours across a knot,
-    /// where a surface may have a corner, do not count.
+    /// where a surface may have a corner, do not count. Of what trims keep, a triangle at a border has no neighbour on the side
+    /// where the surface may turn most, and tells that by itself.
     pub(super) fn faces_surely(&self, triangle: u32) -> bool {
         let t = &self.triangles[triangle as usize];
         let normal = self.normal(triangle);
         let smooth = t.neighbours.iter().flatten().filter(|&&n| self.triangles[n as usize].patch == t.patch);
-        let turn = smooth.map(|&n| normal.cross(self.normal(n)).length()).fold(0.0, f64::max);
+        let turn = smooth.map(|&n| normal.cross(self.normal(n)).length()).fold(t.turn, f64::max);
         normal.z.abs() > turn
     }
 
@@ -274,7 +277,14 @@ impl Build {
                 let gap = |p: DVec3| off_line(ends[k], ends[(k + 1) % 3], sight.project(p));
                 (2.0 * gap(middle)).max(rim.map_or(0.0, gap))
             };
-            self.triangle(f.corners, shared + off(0).max(off(1)).max(off(2)), first + f.patch)
+            let triangle = self.triangle(f.corners, shared + off(0).max(off(1)).max(off(2)), first + f.patch)?;
+            // The triangle of a corner and the middles beside it is half as far from the triangle's middle as the corner.
+            let (own, middles) = (f.own.map(|p| sight.project(p)), f.middles.map(|(p, _)| sight.project(p)));
+            let normal = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).normalize_or_zero();
+            let flat = normal(own[0], own[1], own[2]);
+            let turned = |k: usize| 2.0 * normal(own[k], middles[k], middles[(k + 2) % 3]).cross(flat).length();
+            self.triangles[triangle as usize].turn = turned(0).max(turned(1)).max(turned(2));
+            Some(triangle)
         });
         let triangles = triangles.collect();
         let corners: Vec<[DVec2; 3]> = sheet.facets.iter().map(|f| f.uv).collect();
@@ -330,7 +340,7 @@ impl Build {
         }
         let p = corners.map(|k| self.vertices[k as usize]);
         let side = p[0].distance(p[1]).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
-        self.triangles.push(Triangle { corners, error, side, neighbours: [None; 3], patch });
+        self.triangles.push(Triangle { corners, error, side, turn: 0.0, neighbours: [None; 3], patch });
         Some(self.triangles.len() as u32 - 1)
     }
 
