@@ -147,7 +147,11 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
         let start = |along: f64, s: &Strip| if s.length > 0.0 { (along / s.length).clamp(0.0, 1.0) } else { 0.5 };
         let found = chords_cross(&sa, &sb).and_then(|[along_a, along_b]| {
             let found = newton(a, b, [start(along_a, &sa), start(along_b, &sb)], slack, work);
-            if straight { found.or_else(|| straight_crossing((a, &sa), (b, &sb), slack, limit, work)) } else { found }
+            if straight && (is_uneven(a, &sa) || is_uneven(b, &sb)) {
+                found.or_else(|| straight_crossing((a, &sa), (b, &sb), slack, limit, work))
+            } else {
+                found
+            }
         });
         if straight || found.is_some() || depth >= MAX_DEPTH {
             out.extend(found);
@@ -218,6 +222,13 @@ fn straight_crossing(
         let apart = (a.jet(x).0 - b.jet(y).0).truncate().length();
         (apart <= limit).then(|| crossing(a, x, b, y))
     })
+}
+
+/// Whether the middle of a nearly straight arc by its parameter is not in the middle half of its chord. Newton's method finds
+/// the crossings of the others, and where it finds none they run along one another.
+fn is_uneven(arc: &Arc, s: &Strip) -> bool {
+    let share = (arc.jet(0.5).0.truncate() - s.origin).dot(s.dir) / s.length;
+    !(0.25..=0.75).contains(&share)
 }
 
 /// The Bézier parameter at which a nearly straight arc, which may run unevenly, is `along` its chord.
