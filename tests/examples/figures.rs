@@ -7,31 +7,15 @@
 
 use std::time::Instant;
 
-use penvis::stats::{Seconds, Stats};
+use penvis::stats::Stats;
 use penvis::{builtin, emit};
 use penvis_core::pipeline::DrawOptions;
 use penvis_tests::agreement::{Agreement, compare};
 use penvis_tests::plotter::{draw, simulated};
+use penvis_tests::stages::STAGES;
 
 /// Runs of which the median is told.
 const RUNS: usize = 7;
-
-/// A stage: its name, and where its time is.
-type Column = (&'static str, fn(&Seconds) -> f64);
-
-/// The stages in order.
-const STAGES: [Column; 10] = [
-    ("read", |s| s.read),
-    ("view", |s| s.view),
-    ("stitch", |s| s.stitch),
-    ("extract", |s| s.extract),
-    ("arrange", |s| s.arrange),
-    ("visibility", |s| s.visibility),
-    ("stroke", |s| s.stroke),
-    ("page", |s| s.page),
-    ("emit", |s| s.emit),
-    ("total", |s| s.total),
-];
 
 struct Row {
     name: &'static str,

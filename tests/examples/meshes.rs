@@ -13,8 +13,8 @@ use std::time::Instant;
 use glam::DVec3;
 use peak_alloc::PeakAlloc;
 use penvis::model::{self, Reading};
-use penvis::stats::Seconds;
 use penvis_tests::plotter::draw;
+use penvis_tests::stages::TO_THE_PAGE;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -23,20 +23,6 @@ static MEMORY: PeakAlloc = PeakAlloc;
 type Shape = fn(f64, f64) -> DVec3;
 
 const SHAPES: [(&str, Shape); 2] = [("torus", torus), ("ball", ball)];
-
-/// A stage: its name, and where its time is.
-type Column = (&'static str, fn(&Seconds) -> f64);
-
-const STAGES: [Column; 8] = [
-    ("read", |s| s.read),
-    ("view", |s| s.view),
-    ("stitch", |s| s.stitch),
-    ("extract", |s| s.extract),
-    ("arrange", |s| s.arrange),
-    ("visibility", |s| s.visibility),
-    ("stroke", |s| s.stroke),
-    ("page", |s| s.page),
-];
 
 fn torus(u: f64, v: f64) -> DVec3 {
     let (u, v) = (TAU * u, TAU * v);
@@ -88,7 +74,7 @@ fn row(folder: &Path, name: &str, shape: Shape, triangles: usize) -> (String, Ve
     let peak = MEMORY.peak_usage() >> 20;
     let undecided = drawn.stats.silhouette_undecided.len() + drawn.stats.visibility.undecided.len();
     let mut row = format!("| {name} | {count} | {} | {}", report.healed.len(), report.problems.len());
-    for (_, seconds) in STAGES {
+    for (_, seconds) in TO_THE_PAGE {
         row += &format!(" | {:.2}", seconds(&drawn.seconds));
     }
     row += &format!(" | {total:.2} | {peak} | {} | {undecided} |", drawn.drawing.polylines.len());
@@ -100,9 +86,9 @@ fn main() {
     let sizes = if wanted.is_empty() { vec![14_000, 200_000] } else { wanted };
     let folder = tempfile::tempdir().expect("a folder");
     println!("Seconds; from a file of STL to the strokes on the page.\n");
-    let stages = STAGES.map(|s| s.0).join(" | ");
+    let stages = TO_THE_PAGE.map(|s| s.0).join(" | ");
     println!("| mesh | triangles | healed | problems | {stages} | total | peak MB | strokes | undecided |");
-    println!("|---|{}", "--:|".repeat(STAGES.len() + 7));
+    println!("|---|{}", "--:|".repeat(TO_THE_PAGE.len() + 7));
     let mut told = Vec::new();
     for &triangles in &sizes {
         for (name, shape) in SHAPES {

@@ -13,8 +13,8 @@ use std::{env, fs};
 
 use peak_alloc::PeakAlloc;
 use penvis::model::{self, Reading};
-use penvis::stats::Seconds;
 use penvis_tests::plotter::draw;
+use penvis_tests::stages::TO_THE_PAGE;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -27,20 +27,6 @@ const FACES: usize = 34;
 
 /// Distance in mm from one part to the next.
 const PITCH: [f64; 2] = [110.0, 70.0];
-
-/// A stage: its name, and where its time is.
-type Column = (&'static str, fn(&Seconds) -> f64);
-
-const STAGES: [Column; 8] = [
-    ("read", |s| s.read),
-    ("view", |s| s.view),
-    ("stitch", |s| s.stitch),
-    ("extract", |s| s.extract),
-    ("arrange", |s| s.arrange),
-    ("visibility", |s| s.visibility),
-    ("stroke", |s| s.stroke),
-    ("page", |s| s.page),
-];
 
 /// The statements of the part's data, each without its line breaks, and what stands before them.
 fn statements() -> (&'static str, Vec<String>) {
@@ -108,7 +94,7 @@ fn row(faces: usize) -> (String, Vec<String>) {
     let peak = MEMORY.peak_usage() >> 20;
     let undecided = drawn.stats.silhouette_undecided.len() + drawn.stats.visibility.undecided.len();
     let mut row = format!("| {size:.1} | {count} | {}", report.problems.len());
-    for (_, seconds) in STAGES {
+    for (_, seconds) in TO_THE_PAGE {
         row += &format!(" | {:.2}", seconds(&drawn.seconds));
     }
     row += &format!(" | {total:.2} | {to_read} | {peak} | {} | {undecided} |", drawn.drawing.polylines.len());
@@ -119,9 +105,9 @@ fn main() {
     let wanted: Vec<usize> = env::args().skip(1).filter_map(|word| word.parse().ok()).collect();
     let wanted = if wanted.is_empty() { vec![3000] } else { wanted };
     println!("Seconds; from an exchange file to the strokes on the page.\n");
-    let stages = STAGES.map(|s| s.0).join(" | ");
+    let stages = TO_THE_PAGE.map(|s| s.0).join(" | ");
     println!("| MB of file | faces | problems | {stages} | total | peak MB to read | peak MB | strokes | undecided |");
-    println!("|{}", "--:|".repeat(STAGES.len() + 8));
+    println!("|{}", "--:|".repeat(TO_THE_PAGE.len() + 8));
     let mut told = Vec::new();
     for faces in wanted {
         let (row, notes) = row(faces);

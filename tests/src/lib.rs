@@ -7,4 +7,5 @@ pub mod ink;
 pub mod oracle;
 pub mod plotter;
 pub mod raster;
+pub mod stages;
 pub mod subdivision;

@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use glam::DVec4;
 
 use super::curve::premultiplied;
-use super::refine::Strip;
+use super::refine::{Strip, halves};
 use super::{Curve, KnotVector, NurbsError, Surface};
 use crate::view::MAX_DEGREE;
 
@@ -164,19 +164,6 @@ fn difference(rows: &[DVec4], low: &[DVec4], w: usize) -> f64 {
         (d.truncate().length() + farthest * d.w.abs()) / least
     };
     rows.iter().zip(&raised).map(of).fold(0.0, f64::max)
-}
-
-/// The two halves of a piece, by de Casteljau's algorithm.
-fn halves(mut rows: Vec<DVec4>, w: usize) -> (Vec<DVec4>, Vec<DVec4>) {
-    let n = rows.len() / w;
-    let mut left = Vec::with_capacity(rows.len());
-    for k in (0..n).rev() {
-        left.extend_from_slice(&rows[..w]);
-        for i in 0..k * w {
-            rows[i] = 0.5 * (rows[i] + rows[i + w]);
-        }
-    }
-    (left, rows)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use glam::{DVec3, DVec4};
 
 use super::Curve;
+use super::refine::halves;
 
 /// Halvings of a span: what is left of it is then narrower than the spacing of numbers near its ends.
 const MAX_HALVINGS: u32 = 60;
@@ -51,7 +52,7 @@ impl Curve {
                 continue;
             }
             let middle = 0.5 * (part.t[0] + part.t[1]);
-            let (left, right) = halves(part.points);
+            let (left, right) = halves(part.points, 1);
             let Some(h) = left.last() else { continue };
             let distance = (h.truncate() / h.w).distance(point);
             if distance < best.1 {
@@ -88,20 +89,6 @@ fn to_segment(point: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     // A segment without length has no share.
     let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
     point.distance(a + along * share)
-}
-
-/// The two halves of a Bézier segment, by de Casteljau's algorithm.
-fn halves(mut points: Vec<DVec4>) -> (Vec<DVec4>, Vec<DVec4>) {
-    let n = points.len();
-    let mut left = Vec::with_capacity(n);
-    for k in (0..n).rev() {
-        left.push(points[0]);
-        for i in 0..k {
-            points[i] = 0.5 * (points[i] + points[i + 1]);
-        }
-    }
-    // What is left of each row is its last point, in the order from the end of the curve.
-    (left, points)
 }
 
 #[cfg(test)]

@@ -183,3 +183,16 @@ impl Strip {
         Self { knots: self.knots.reversed(), points, width: self.width }
     }
 }
+
+/// The two halves of a Bézier piece of rows of `w` points, by de Casteljau's algorithm.
+pub(super) fn halves(mut rows: Vec<DVec4>, w: usize) -> (Vec<DVec4>, Vec<DVec4>) {
+    let n = rows.len() / w;
+    let mut left = Vec::with_capacity(rows.len());
+    for k in (0..n).rev() {
+        left.extend_from_slice(&rows[..w]);
+        for i in 0..k * w {
+            rows[i] = 0.5 * (rows[i] + rows[i + w]);
+        }
+    }
+    (left, rows)
+}

@@ -18,6 +18,7 @@ use glam::DVec4;
 use penvis_core::nurbs::{KnotVector, Surface};
 use penvis_core::scene::{Scene, SceneSurface};
 
+pub(crate) use self::solids::SIDES_OF_A_BOX;
 use crate::model::View;
 
 /// A built-in model.

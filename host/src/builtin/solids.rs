@@ -63,18 +63,21 @@ pub(super) fn linked_tori_view() -> View {
     View::orthographic(DVec3::new(0.5, -1.0, 0.9))
 }
 
+/// The sides of a box: name, normal, and the direction across seen from outside.
+pub(crate) const SIDES_OF_A_BOX: [(&str, DVec3, DVec3); 6] = [
+    ("left", DVec3::NEG_X, DVec3::NEG_Y),
+    ("right", DVec3::X, DVec3::Y),
+    ("front", DVec3::NEG_Y, DVec3::X),
+    ("back", DVec3::Y, DVec3::NEG_X),
+    ("bottom", DVec3::NEG_Z, DVec3::NEG_X),
+    ("top", DVec3::Z, DVec3::X),
+];
+
 /// Six rectangles with edges along the axes: no silhouette, no curvature, faces that can be seen edge-on.
 pub(super) fn cuboid() -> Option<Vec<SceneSurface>> {
     let half = DVec3::new(1.5, 1.0, 0.75);
     let mut faces = Vec::with_capacity(6);
-    for (name, normal, across) in [
-        ("left", DVec3::NEG_X, DVec3::NEG_Y),
-        ("right", DVec3::X, DVec3::Y),
-        ("front", DVec3::NEG_Y, DVec3::X),
-        ("back", DVec3::Y, DVec3::NEG_X),
-        ("bottom", DVec3::NEG_Z, DVec3::NEG_X),
-        ("top", DVec3::Z, DVec3::X),
-    ] {
+    for (name, normal, across) in SIDES_OF_A_BOX {
         let up = normal.cross(across);
         let corner = |s: f64, t: f64| ((normal + s * across + t * up) * half).extend(1.0);
         faces.push(part(

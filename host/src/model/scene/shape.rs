@@ -8,6 +8,7 @@ use penvis_core::scene::SceneSurface;
 use penvis_core::shape::{self, Frame, ShapeError};
 
 use super::keys::Item;
+use crate::builtin::SIDES_OF_A_BOX;
 use crate::model::fault::Fault;
 
 /// Keys of the shapes.
@@ -104,14 +105,7 @@ fn cuboid(size: DVec3) -> Result<Faces, ShapeError> {
     let low = DVec3::new(-0.5 * size.x, -0.5 * size.y, 0.0);
     let high = DVec3::new(0.5 * size.x, 0.5 * size.y, size.z);
     let mut faces = Faces::with_capacity(6);
-    for (name, normal, across) in [
-        ("left", DVec3::NEG_X, DVec3::NEG_Y),
-        ("right", DVec3::X, DVec3::Y),
-        ("front", DVec3::NEG_Y, DVec3::X),
-        ("back", DVec3::Y, DVec3::NEG_X),
-        ("bottom", DVec3::NEG_Z, DVec3::NEG_X),
-        ("top", DVec3::Z, DVec3::X),
-    ] {
+    for (name, normal, across) in SIDES_OF_A_BOX {
         let up = normal.cross(across);
         // The corner that is in front along the normal and behind along both sides. Sides are differences of the same
         // numbers, so that faces have their corners in common to the bit.

@@ -109,8 +109,7 @@ impl Reader<'_> {
             }
             let mut sides = self.sides(ring, &mut short)?;
             if part.flag(2)? != same_sense {
-                sides.reverse();
-                sides.iter_mut().for_each(|s| s.curve = s.curve.reversed());
+                turn(&mut sides, |s| &mut s.curve);
             }
             if !sides.is_empty() {
                 extent.curves.extend(sides.iter().map(|s| s.curve.clone()));
@@ -170,8 +169,7 @@ impl Reader<'_> {
         let turned = is_cut && periodic == [false; 2] && has_border(&trims);
         if turned {
             for ring in &mut rings {
-                ring.reverse();
-                ring.iter_mut().for_each(|c| c.curve = c.curve.reversed());
+                turn(ring, |c| &mut c.curve);
             }
             trims = trimmed(&rings)?;
             if has_border(&trims) {
@@ -194,8 +192,7 @@ impl Reader<'_> {
                 let edge = part.entity(3)?;
                 let mut curves = self.edge(edge, short)?;
                 if !part.flag(4)? {
-                    curves.reverse();
-                    curves.iter_mut().for_each(|c| *c = c.reversed());
+                    turn(&mut curves, |c| c);
                 }
                 let number = self.edges.curves.get(&edge.id()).copied();
                 sides.extend(curves.into_iter().map(|curve| Side { id: edge.id(), edge: number, curve }));
@@ -248,6 +245,14 @@ impl Reader<'_> {
     }
 }
 
+/// Runs through a chain of curves the other way.
+fn turn<T>(chain: &mut [T], curve: impl Fn(&mut T) -> &mut Curve) {
+    chain.reverse();
+    for curve in chain.iter_mut().map(curve) {
+        *curve = curve.reversed();
+    }
+}
+
 /// Whether the border of the surface bounds what is kept, where no edge is.
 fn has_border(trims: &Trims) -> bool {
     trims.loops().iter().any(|l| l.pieces().iter().all(|p| p.edge().is_none()))
@@ -283,12 +288,10 @@ fn meet(surface: &Surface, periodic: [bool; 2], ring: &mut [TrimCurve]) -> Resul
             continue;
         }
         // In a pole the ends may be anywhere; and where they are far apart the loop is open, which its trims say.
-        let far = gap.abs().cmpgt(1e-3 * range).any();
-        let distance = inside(end).distance(inside(start));
-        if far {
+        if gap.abs().cmpgt(1e-3 * range).any() {
             continue;
         }
-        most = most.max(distance);
+        most = most.max(inside(end).distance(inside(start)));
         let mut joint = 0.5 * (end + start - shift);
         for d in 0..2 {
             match [&ring[k].curve, &ring[next].curve].map(|c| is_constant(c, d, CONSTANT * range[d])) {
