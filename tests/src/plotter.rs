@@ -7,7 +7,7 @@ use penvis::device::{self, Device, Language};
 use penvis::drawing::Drawing;
 use penvis::options::DrawingOptions;
 use penvis::progress::Progress;
-use penvis::protocol::{self, Progress as JobProgress};
+use penvis::protocol::{self, Control, Progress as JobProgress};
 use penvis::sim::{Recording, SimPort};
 use penvis::stream::{self, Observer, StreamError};
 use penvis_firmware::Settings;
@@ -92,11 +92,13 @@ impl Observer for Nobody {
 
     fn message(&mut self, _: &str) {}
 
-    fn pause(&mut self, _: &str) -> bool {
+    fn prompt(&mut self, _: &str) -> bool {
         true
     }
 
-    fn wants_stop(&mut self) -> bool {
-        false
+    fn control(&mut self) -> Option<Control> {
+        None
     }
+
+    fn paused(&mut self, _: bool) {}
 }

@@ -8,10 +8,12 @@ use std::time::Duration;
 
 use thiserror::Error;
 
+mod control;
 pub mod grbl;
 pub mod hpgl;
 mod start;
 
+pub use control::Control;
 pub use start::{Conversation, JobError, start};
 
 /// A conversation with a plotter that sends it one job.
@@ -28,11 +30,8 @@ pub trait Protocol {
     /// Takes the oldest event; none when nothing has happened.
     fn take_event(&mut self) -> Option<Event>;
 
-    /// Goes on after [`Event::Pause`].
-    fn resume(&mut self, now: Duration);
-
-    /// Stops the job; an [`Event::Failed`] follows when the plotter has stopped. Once is enough, and more does no harm.
-    fn cancel(&mut self, now: Duration);
+    /// Does what the user wants while the job goes on. What makes no sense now is left aside.
+    fn control(&mut self, control: Control, now: Duration);
 
     /// How far the job is.
     fn progress(&self) -> Progress;
@@ -44,8 +43,10 @@ pub trait Protocol {
 /// How far a job is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Progress {
-    /// Pieces (lines or instructions) that the plotter has acknowledged.
-    pub done: usize,
+    /// Pieces (lines or instructions) that the plotter has acknowledged: it has them, and will do them unless it is stopped.
+    pub acknowledged: usize,
+    /// Pieces that the plotter is known to have carried out, motion included. Never more than are acknowledged, and never too many.
+    pub executed: usize,
     /// Pieces of the job.
     pub total: usize,
 }
@@ -56,8 +57,12 @@ pub struct Progress {
 pub enum Event {
     /// The plotter says something that its user may want to read.
     Message(String),
-    /// The job waits for its user, with the comment that the job gives; [`Protocol::resume`] goes on.
-    Pause(String),
+    /// The job waits for its user, with the comment that the job gives; [`Control::Resume`] goes on.
+    Prompt(String),
+    /// The plotter has come to rest after [`Control::Hold`].
+    Paused,
+    /// The plotter goes on after [`Event::Paused`].
+    Resumed,
     /// All of the job is acknowledged, and the plotter has come to rest.
     Done,
     /// The job has ended before its end. Nothing more is sent.

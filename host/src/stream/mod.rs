@@ -15,7 +15,7 @@ use thiserror::Error;
 pub use clock::{Clock, WallClock};
 pub use terminal::{Terminal, User};
 
-use crate::protocol::{Event, Fault, Place, Progress, Protocol};
+use crate::protocol::{Control, Event, Fault, Place, Progress, Protocol};
 
 /// How long one read waits; between two reads the protocol sends and polls.
 const READ_WAIT: Duration = Duration::from_millis(20);
@@ -30,11 +30,14 @@ pub trait Observer {
     /// The plotter says something.
     fn message(&mut self, text: &str);
 
-    /// Whether the job is to be stopped. Asked many times a second.
-    fn wants_stop(&mut self) -> bool;
+    /// What the user wants now. Asked many times a second.
+    fn control(&mut self) -> Option<Control>;
 
     /// The job waits for its user, who is shown this comment of the job. True to go on, false to stop.
-    fn pause(&mut self, comment: &str) -> bool;
+    fn prompt(&mut self, comment: &str) -> bool;
+
+    /// The plotter rests after a hold, or (false) goes on.
+    fn paused(&mut self, rests: bool);
 }
 
 /// Why a job did not get to its end.
@@ -86,8 +89,8 @@ pub fn run(
     let mut shown = Progress::default();
     let mut input = [0; 512];
     loop {
-        if observer.wants_stop() {
-            protocol.cancel(clock.now());
+        if let Some(control) = observer.control() {
+            protocol.control(control, clock.now());
         }
         protocol.tick(clock.now());
         output.append(&mut protocol.take_output());
@@ -120,12 +123,11 @@ pub fn run(
                 Event::Done => return Ok(()),
                 Event::Failed(fault) => return Err(fault.into()),
                 Event::Message(text) => observer.message(&text),
-                Event::Pause(comment) => {
-                    if observer.pause(&comment) {
-                        protocol.resume(clock.now());
-                    } else {
-                        protocol.cancel(clock.now());
-                    }
+                Event::Paused => observer.paused(true),
+                Event::Resumed => observer.paused(false),
+                Event::Prompt(comment) => {
+                    let goes_on = observer.prompt(&comment);
+                    protocol.control(if goes_on { Control::Resume } else { Control::Stop }, clock.now());
                     output = protocol.take_output();
                 }
             }

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::Observer;
 use crate::interrupt;
-use crate::protocol::Progress;
+use crate::protocol::{Control, Progress};
 
 /// Time before a bar is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -62,23 +62,27 @@ impl Observer for Terminal {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         self.bar.set_length(progress.total as u64);
-        self.bar.set_position(progress.done as u64);
+        self.bar.set_position(progress.acknowledged as u64);
     }
 
     fn message(&mut self, text: &str) {
         self.say(&format!("the plotter says: {text}"));
     }
 
-    fn wants_stop(&mut self) -> bool {
+    fn control(&mut self) -> Option<Control> {
         let wanted = self.user == User::Present && interrupt::is_wanted();
         if wanted && !self.told {
             self.told = true;
             self.say("stopping the plotter; press Ctrl-C again to leave it as it is");
         }
-        wanted
+        wanted.then_some(Control::Stop)
     }
 
-    fn pause(&mut self, comment: &str) -> bool {
+    fn paused(&mut self, rests: bool) {
+        self.say(if rests { "the plotter rests" } else { "the plotter goes on" });
+    }
+
+    fn prompt(&mut self, comment: &str) -> bool {
         if self.user == User::Absent {
             return true;
         }

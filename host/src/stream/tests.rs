@@ -162,19 +162,21 @@ struct Notes {
 }
 
 impl Observer for Notes {
-    fn wants_stop(&mut self) -> bool {
-        self.progress.last().is_some_and(|done| *done >= self.stops_at)
+    fn control(&mut self) -> Option<Control> {
+        self.progress.last().is_some_and(|count| *count >= self.stops_at).then_some(Control::Stop)
     }
 
+    fn paused(&mut self, _rests: bool) {}
+
     fn progress(&mut self, progress: Progress) {
-        self.progress.push(progress.done);
+        self.progress.push(progress.acknowledged);
     }
 
     fn message(&mut self, text: &str) {
         self.messages.push(text.to_owned());
     }
 
-    fn pause(&mut self, comment: &str) -> bool {
+    fn prompt(&mut self, comment: &str) -> bool {
         self.pauses.push(comment.to_owned());
         self.goes_on
     }

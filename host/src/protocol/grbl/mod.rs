@@ -22,7 +22,7 @@ use std::time::Duration;
 
 pub use job::{Job, JobError, Line, Turn};
 
-use super::{Event, Fault, Place, Progress, Protocol, Unit};
+use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
 
 /// Time from opening the port in which a banner may come: boards that reset have a boot loader to run through.
 const BANNER_WAIT: Duration = Duration::from_secs(2);
@@ -51,6 +51,10 @@ const HOLD: u8 = b'!';
 const RESUME: u8 = b'~';
 const STATUS: u8 = b'?';
 const RESET: u8 = 0x18;
+/// Speed as programmed, then 10 % faster, 10 % slower, 1 % faster, 1 % slower.
+const SPEEDS: [u8; 5] = [0x90, 0x91, 0x92, 0x93, 0x94];
+/// Range of GRBL's speed override in percent.
+const SPEED_RANGE: (u16, u16) = (10, 200);
 /// `G4 P0.01`: answered when the motion before it has ended.
 const BARRIER: &str = "G4P0.01";
 
@@ -90,9 +94,13 @@ pub struct Grbl {
     next: usize,
     /// Lines of the job that are answered.
     answered: usize,
+    /// Lines of the job that are carried out for certain: a barrier behind them was answered.
+    executed: usize,
     /// Whether the job's next line is at rest already: its barrier was answered.
     at_rest: bool,
     pause: Option<Pause>,
+    /// A hold that the user asked for.
+    hold: Option<Hold>,
     /// Lines of ours that are still to be sent, in order: probes, or those that lift the pen.
     errands: VecDeque<String>,
     /// Why the job is being stopped.
@@ -146,6 +154,17 @@ struct Pause {
     answered: bool,
 }
 
+/// A hold that the user asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Hold {
+    /// The plotter slows down.
+    Slowing,
+    /// It rests, and the user was told.
+    AtRest,
+    /// It was told to go on.
+    Leaving,
+}
+
 impl Grbl {
     /// A conversation that has not begun. The port is opened at time 0.
     #[must_use]
@@ -164,8 +183,10 @@ impl Grbl {
             used_max: 0,
             next: 0,
             answered: 0,
+            executed: 0,
             at_rest: false,
             pause: None,
+            hold: None,
             errands: VecDeque::new(),
             fault: None,
             last_heard: Duration::ZERO,
@@ -277,9 +298,13 @@ impl Grbl {
             (Phase::Barrier, What::Barrier, Some(code)) => self.stop(refused(self.place(), code), now),
             (Phase::Barrier, What::Barrier, None) => {
                 self.phase = Phase::Over;
+                self.executed = self.job.lines().len();
                 self.events.push_back(Event::Done);
             }
-            (_, What::Barrier, _) => self.at_rest = true,
+            (_, What::Barrier, _) => {
+                self.at_rest = true;
+                self.executed = self.answered;
+            }
             _ => {}
         }
     }
@@ -316,6 +341,68 @@ impl Grbl {
         }
     }
 
+    /// Stops at once, unless the job waits for its user anyway.
+    fn hold(&mut self, now: Duration) {
+        if matches!(self.phase, Phase::Streaming | Phase::Barrier) && self.hold.is_none() && self.pause.is_none() {
+            self.hold = Some(Hold::Slowing);
+            self.realtime(HOLD);
+            self.realtime(STATUS);
+            self.last_poll = now;
+        }
+    }
+
+    fn resume(&mut self, now: Duration) {
+        let told = match (&self.pause, &mut self.hold) {
+            (Some(pause), _) => {
+                let (told, answered) = (pause.told, pause.answered);
+                if told && answered {
+                    self.pause = None;
+                }
+                told
+            }
+            (None, Some(hold)) => {
+                *hold = Hold::Leaving;
+                true
+            }
+            (None, None) => false,
+        };
+        if told {
+            self.realtime(RESUME);
+            // The report that is under way may still say Hold.
+            self.last_poll = now;
+            self.last_heard = now;
+        }
+    }
+
+    fn cancel(&mut self, now: Duration) {
+        match self.phase {
+            Phase::Holding | Phase::Resetting | Phase::Lifting | Phase::Over => {}
+            Phase::Greeting | Phase::Asking { .. } | Phase::Probing => {
+                let at = self.place();
+                self.fail(Fault::Cancelled { at });
+            }
+            Phase::Streaming | Phase::Barrier => {
+                let at = self.place();
+                self.stop(Fault::Cancelled { at }, now);
+            }
+        }
+    }
+
+    /// Sets GRBL's feed override: from 100 % on in steps of ten and of one.
+    fn speed(&mut self, percent: u16) {
+        if !matches!(self.phase, Phase::Streaming | Phase::Barrier) {
+            return;
+        }
+        let [base, plus_ten, minus_ten, plus_one, minus_one] = SPEEDS;
+        let off = i32::from(percent.clamp(SPEED_RANGE.0, SPEED_RANGE.1)) - 100;
+        self.realtime(base);
+        for (steps, plus, minus) in [(off / 10, plus_ten, minus_ten), (off % 10, plus_one, minus_one)] {
+            for _ in 0..steps.abs() {
+                self.realtime(if steps > 0 { plus } else { minus });
+            }
+        }
+    }
+
     fn ask(&mut self, asked: u32, now: Duration) {
         self.errands.clear();
         self.realtime(STATUS);
@@ -345,24 +432,38 @@ impl Grbl {
                 }
             }
             Phase::Streaming | Phase::Barrier if name == "Alarm" => self.alarm("that it did not tell"),
-            Phase::Streaming | Phase::Barrier => self.state_in_job(name, now),
+            Phase::Streaming | Phase::Barrier => self.state_in_job(name, detail, now),
             Phase::Holding if name != "Run" && (name != "Hold" || detail != "1") => self.reset(now),
             _ => {}
         }
     }
 
     /// The state while the job goes on.
-    fn state_in_job(&mut self, name: &str, now: Duration) {
+    fn state_in_job(&mut self, name: &str, detail: &str, now: Duration) {
         if name == "Idle" {
             self.idle_since.get_or_insert(now);
         } else {
             self.idle_since = None;
         }
         let held = name == "Hold";
+        match self.hold {
+            Some(Hold::Slowing) if held && detail != "1" => {
+                self.hold = Some(Hold::AtRest);
+                self.events.push_back(Event::Paused);
+            }
+            Some(Hold::Leaving) if !held => {
+                self.hold = None;
+                self.events.push_back(Event::Resumed);
+            }
+            _ => {}
+        }
+        if self.hold.is_some() {
+            return;
+        }
         match &mut self.pause {
             Some(pause) if held && !pause.told => {
                 pause.told = true;
-                self.events.push_back(Event::Pause(pause.comment.clone()));
+                self.events.push_back(Event::Prompt(pause.comment.clone()));
             }
             Some(pause) if !held && pause.answered => self.pause = None,
             Some(_) => {}
@@ -440,7 +541,7 @@ impl Grbl {
     /// Asks for the status now and then, and fails when the controller is silent or idle for too long.
     fn watch(&mut self, now: Duration) {
         // A controller that waits for its user may wait for ever.
-        let waiting = self.pause.as_ref().is_some_and(|pause| pause.told);
+        let waiting = self.hold.is_some() || self.pause.as_ref().is_some_and(|pause| pause.told);
         if now.saturating_sub(self.last_poll) >= POLL_INTERVAL {
             self.realtime(STATUS);
             self.last_poll = now;
@@ -558,36 +659,17 @@ impl Protocol for Grbl {
         self.events.pop_front()
     }
 
-    fn resume(&mut self, now: Duration) {
-        if let Some(pause) = &self.pause
-            && pause.told
-        {
-            if pause.answered {
-                self.pause = None;
-            }
-            self.realtime(RESUME);
-            // The report that is under way may still say Hold.
-            self.last_poll = now;
-            self.last_heard = now;
-        }
-    }
-
-    fn cancel(&mut self, now: Duration) {
-        match self.phase {
-            Phase::Holding | Phase::Resetting | Phase::Lifting | Phase::Over => {}
-            Phase::Greeting | Phase::Asking { .. } | Phase::Probing => {
-                let at = self.place();
-                self.fail(Fault::Cancelled { at });
-            }
-            Phase::Streaming | Phase::Barrier => {
-                let at = self.place();
-                self.stop(Fault::Cancelled { at }, now);
-            }
+    fn control(&mut self, control: Control, now: Duration) {
+        match control {
+            Control::Hold => self.hold(now),
+            Control::Resume => self.resume(now),
+            Control::Stop => self.cancel(now),
+            Control::Speed(percent) => self.speed(percent),
         }
     }
 
     fn progress(&self) -> Progress {
-        Progress { done: self.answered, total: self.job.lines().len() }
+        Progress { acknowledged: self.answered, executed: self.executed, total: self.job.lines().len() }
     }
 
     fn place(&self) -> Place {

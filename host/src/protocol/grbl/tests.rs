@@ -20,8 +20,10 @@ enum Step {
     Resume,
     /// The user stops the job.
     Cancel,
+    /// The user wants this.
+    Wants(Control),
 }
-use Step::{Cancel, Fails, In, Out, Resume, Says, Wait};
+use Step::{Cancel, Fails, In, Out, Resume, Says, Wait, Wants};
 
 const BANNER: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 const IDLE: &str = "<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n";
@@ -78,8 +80,9 @@ fn talk(grbl: &mut Grbl, from: u64, steps: &[Step]) -> u64 {
                 }
                 other => panic!("step {i}: {other:?}"),
             },
-            Resume => grbl.resume(now),
-            Cancel => grbl.cancel(now),
+            Resume => grbl.control(Control::Resume, now),
+            Cancel => grbl.control(Control::Stop, now),
+            Wants(control) => grbl.control(*control, now),
         }
     }
     at
@@ -112,7 +115,7 @@ fn a_job_from_banner_to_barrier() {
             Out(""),
         ],
     );
-    assert_eq!(grbl.progress(), Progress { done: 2, total: 2 });
+    assert_eq!(grbl.progress(), Progress { acknowledged: 2, executed: 2, total: 2 });
 }
 
 #[test]
@@ -319,7 +322,7 @@ fn a_pause_waits_for_its_user() {
             In(RUN),
             In("<Hold:0|MPos:0,0,0>\n"),
             In("<Hold:0|MPos:0,0,0>\n"),
-            Says(Event::Pause("pen 2".into())),
+            Says(Event::Prompt("pen 2".into())),
             Out(""),
             Resume,
             Out("~"),
@@ -344,7 +347,7 @@ fn a_pause_that_is_answered_before_the_hold() {
             In("ok\n"),
             Out(""),
             In(hold),
-            Says(Event::Pause(String::new())),
+            Says(Event::Prompt(String::new())),
             Resume,
             Wait(1),
             Out("~G0X2\n"),
@@ -410,7 +413,7 @@ fn cancelling_keeps_the_position() {
 fn start_up_lines_and_messages_are_no_answers() {
     let (mut grbl, at) = started("G1X1\nG1X2\n");
     talk(&mut grbl, at, &[In(">G21:ok\n[MSG:Pgm End]\n[GC:G0]\n\r\n"), Says(Event::Message("Pgm End".into()))]);
-    assert_eq!(grbl.progress().done, 0);
+    assert_eq!(grbl.progress().acknowledged, 0);
 }
 
 proptest! {
@@ -452,5 +455,49 @@ proptest! {
             grbl.receive(&bytes, Duration::from_millis(at));
             prop_assert!(grbl.used <= grbl.rx_limit());
         }
+    }
+}
+
+#[test]
+fn a_hold_rests_and_goes_on() {
+    let (mut grbl, at) = started("G1X1\n");
+    let at = talk(
+        &mut grbl,
+        at,
+        &[
+            Out("G1X1\n"),
+            In("ok\r\n"),
+            Out("G4P0.01\n"),
+            Wants(Control::Hold),
+            Wants(Control::Hold),
+            Out("!"),
+            In("<Hold:1|MPos:0.000,0.000,0.000>\r\n<Hold:0|MPos:0.000,0.000,0.000>\r\n"),
+            Says(Event::Paused),
+            // However long the user takes, nothing is lost.
+            Wait(500),
+        ],
+    );
+    assert_eq!(grbl.take_event(), None);
+    grbl.take_output();
+    talk(
+        &mut grbl,
+        at,
+        &[Wants(Control::Resume), Out("~"), In(RUN), Says(Event::Resumed), In("ok\r\n"), Says(Event::Done)],
+    );
+}
+
+#[test]
+fn the_speed_is_set_from_that_of_the_job() {
+    for (percent, bytes) in [
+        (100, &b"\x90"[..]),
+        (120, b"\x90\x91\x91"),
+        (87, b"\x90\x92\x94\x94\x94"),
+        (5, b"\x90\x92\x92\x92\x92\x92\x92\x92\x92\x92"),
+        (1000, b"\x90\x91\x91\x91\x91\x91\x91\x91\x91\x91\x91"),
+    ] {
+        let (mut grbl, _) = started("G1X1\n");
+        grbl.take_output();
+        grbl.control(Control::Speed(percent), Duration::ZERO);
+        assert_eq!(grbl.take_output(), bytes, "{percent}");
     }
 }

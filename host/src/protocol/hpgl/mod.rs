@@ -18,7 +18,7 @@ use std::time::Duration;
 
 pub use job::{Job, JobError};
 
-use super::{Event, Fault, Place, Progress, Protocol, Unit};
+use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
 
 /// Time for an answer to what is obeyed at once. At 300 baud, 20 bytes take 0.7 s.
 const ANSWER_WAIT: Duration = Duration::from_secs(3);
@@ -69,6 +69,8 @@ pub struct Hpgl {
     /// Index of the instruction to be sent next, and how many of its bytes are sent.
     next: usize,
     next_byte: usize,
+    /// Instructions that are carried out for certain: the plotter answered `OA;` behind them.
+    executed: usize,
     /// When the last question was answered.
     last_answer: Duration,
     /// Questions for the space that found too little, in a row.
@@ -125,6 +127,7 @@ impl Hpgl {
             events: VecDeque::new(),
             next: 0,
             next_byte: 0,
+            executed: 0,
             last_answer: Duration::ZERO,
             waits: 0,
             told: 0,
@@ -154,6 +157,8 @@ impl Hpgl {
         // `OA;` answers x, y and the pen; every other question is answered with one number.
         if reply.matches(',').count() >= 2 {
             if self.turn.take().is_some() {
+                // Nothing is sent behind it before it is answered.
+                self.executed = self.next;
                 self.turn_ended(now);
             }
             return;
@@ -361,19 +366,21 @@ impl Protocol for Hpgl {
         self.events.pop_front()
     }
 
-    fn resume(&mut self, _now: Duration) {}
-
-    fn cancel(&mut self, _now: Duration) {
-        if self.phase != Phase::Over {
-            self.output.clear();
-            self.output.extend_from_slice(b"\x1b.KPU;SP0;");
-            let at = self.place();
-            self.fail(Fault::Cancelled { at });
+    fn control(&mut self, control: Control, _now: Duration) {
+        match control {
+            Control::Stop if self.phase != Phase::Over => {
+                self.output.clear();
+                self.output.extend_from_slice(b"\x1b.KPU;SP0;");
+                let at = self.place();
+                self.fail(Fault::Cancelled { at });
+            }
+            // What it has in its buffer it draws; it is halted at its own keys.
+            Control::Stop | Control::Hold | Control::Resume | Control::Speed(_) => {}
         }
     }
 
     fn progress(&self) -> Progress {
-        Progress { done: self.next, total: self.job.instructions().len() }
+        Progress { acknowledged: self.next, executed: self.executed, total: self.job.instructions().len() }
     }
 
     fn place(&self) -> Place {

@@ -175,7 +175,7 @@ fn cancelling_aborts_what_is_buffered() {
     let mut protocol = Hpgl::new(Job::new(&long_job()).unwrap(), Options { buffer_bytes: 60, baud: 9600 });
     protocol.tick(Duration::ZERO);
     protocol.receive(b"60\r", Duration::ZERO);
-    protocol.cancel(Duration::ZERO);
+    protocol.control(Control::Stop, Duration::ZERO);
     assert_eq!(protocol.take_output(), b"\x1b.KPU;SP0;");
     assert!(matches!(protocol.take_event(), Some(Event::Failed(Fault::Cancelled { .. }))));
 }
