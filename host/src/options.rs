@@ -272,7 +272,7 @@ impl DrawOptions {
             Some(device) if speaks(&device.language) => Ok(device.clone()),
             _ => device::find(default),
         };
-        let gcode = or_default(device::DEFAULT, |language| matches!(language, Language::Grbl(_)))?;
+        let gcode = or_default(device::DEFAULT, |language| language.gcode().is_some())?;
         let hpgl = or_default(DEFAULT_HPGL, |language| matches!(language, Language::Hpgl(_)))?;
         for output in &outputs {
             let device = match output.format {

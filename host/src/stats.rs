@@ -387,9 +387,13 @@ fn distance(a: [i64; 2], b: [i64; 2]) -> f64 {
 fn lift_seconds(device: &Device) -> f64 {
     match &device.language {
         Language::Hpgl(_) => 2.0 * HPGL_LIFT_S,
-        Language::Grbl(gcode) => match gcode.pen {
+        Language::Grbl(gcode) | Language::Marlin(gcode) => match gcode.pen {
             Pen::Servo { raise_s, lower_s, .. } => raise_s + lower_s,
-            Pen::Z { up_mm, down_mm, feed } => 2.0 * move_seconds(up_mm - down_mm, feed / 60.0, device.acceleration),
+            Pen::Z { up_mm, down_mm, feed, soft_mm, soft_feed } => {
+                let seconds = |length: f64, feed: f64| move_seconds(length, feed / 60.0, device.acceleration);
+                let height = up_mm - down_mm;
+                seconds(height, feed) + seconds(height - soft_mm, feed) + seconds(soft_mm, soft_feed)
+            }
         },
     }
 }

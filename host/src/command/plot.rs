@@ -278,7 +278,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     drop(progress);
     let name = drawing.name.clone();
     let made = match device.language {
-        Language::Grbl(_) => emit::gcode(&drawing, device),
+        Language::Grbl(_) | Language::Marlin(_) => emit::gcode(&drawing, device),
         Language::Hpgl(_) => emit::hpgl(&drawing, device),
     };
     let text = made.map_err(|source| Error::Emit { path: PathBuf::from(&name), source })?;
@@ -294,7 +294,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
 fn read(path: &Path, device: &Device) -> Result<Job, PlotError> {
     let file = path.display().to_string();
     match (Format::of_path(path), &device.language) {
-        (Some(Format::Gcode), Language::Grbl(_)) | (Some(Format::Hpgl), Language::Hpgl(_)) => {}
+        (Some(Format::Gcode), Language::Grbl(_) | Language::Marlin(_)) | (Some(Format::Hpgl), Language::Hpgl(_)) => {}
         (_, language) => {
             return Err(PlotError::Language { file, device: device.name.clone(), speaks: language.name() });
         }

@@ -3,6 +3,7 @@
 //! A profile may say `inherits = "NAME"`; its keys then replace those of the named one, table by table. Profiles that come
 //! with the program are compiled in; a profile of one's own is given by the path of its file, which ends in `.toml`.
 
+mod gcode;
 mod place;
 mod profile;
 
@@ -11,8 +12,9 @@ use std::io::Read;
 
 use thiserror::Error;
 
+pub use gcode::{Dialect, Gcode, Pen, Streaming};
 pub use place::{PlaceError, Placement};
-pub use profile::{Device, Flow, Gcode, Hpgl, Language, Origin, Paper, Pen};
+pub use profile::{Device, Flow, Hpgl, Language, Origin, Paper};
 
 use crate::message::one_line;
 
@@ -20,6 +22,8 @@ use crate::message::one_line;
 const BUILT_IN: &[(&str, &str)] = &[
     ("grbl-servo", include_str!("../../devices/grbl-servo.toml")),
     ("grbl-z", include_str!("../../devices/grbl-z.toml")),
+    ("marlin-servo", include_str!("../../devices/marlin-servo.toml")),
+    ("marlin-z", include_str!("../../devices/marlin-z.toml")),
     ("penvis", include_str!("../../devices/penvis.toml")),
     ("hp7475a", include_str!("../../devices/hp7475a.toml")),
     ("hp7470a", include_str!("../../devices/hp7470a.toml")),

@@ -91,7 +91,7 @@ impl Device {
     pub fn place(&self, page: Page) -> Result<Placement, PlaceError> {
         let upright = DVec2::new(page.width_mm, page.height_mm);
         match &self.language {
-            Language::Grbl(_) => self.place_anywhere(upright),
+            Language::Grbl(_) | Language::Marlin(_) => self.place_anywhere(upright),
             Language::Hpgl(hpgl) => self.place_on_paper(upright, hpgl.unit_mm),
         }
     }

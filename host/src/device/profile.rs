@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::DeviceError;
+use super::gcode::{Gcode, RawGcode, Wrong, nonzero, positive, wrong};
 use crate::message::one_line;
 
 /// The language a plotter speaks, with what is particular to it.
@@ -10,6 +11,8 @@ use crate::message::one_line;
 pub enum Language {
     /// G-code with GRBL's line protocol.
     Grbl(Gcode),
+    /// G-code with Marlin's line protocol.
+    Marlin(Gcode),
     /// HPGL.
     Hpgl(Hpgl),
 }
@@ -20,54 +23,19 @@ impl Language {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Grbl(_) => "grbl",
+            Self::Marlin(_) => "marlin",
             Self::Hpgl(_) => "hpgl",
         }
     }
-}
 
-/// How a G-code machine lifts its pen.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-#[non_exhaustive]
-pub enum Pen {
-    /// A servo on the spindle output: `M3 S…`, then a dwell while it turns.
-    Servo {
-        /// S value with the pen up.
-        up: u32,
-        /// S value with the pen down.
-        down: u32,
-        /// Time in s that raising takes.
-        raise_s: f64,
-        /// Time in s that lowering takes.
-        lower_s: f64,
-    },
-    /// The Z axis.
-    Z {
-        /// Height in mm with the pen up.
-        up_mm: f64,
-        /// Height in mm with the pen down.
-        down_mm: f64,
-        /// Feed of the Z moves in mm/min.
-        feed: f64,
-    },
-}
-
-/// What is particular to a G-code machine.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Gcode {
-    /// How the pen is lifted.
-    pub pen: Pen,
-    /// Longest line in characters, without its end. GRBL 1.1: 79.
-    pub line_limit: usize,
-    /// Size of the controller's receive buffer in bytes, when the controller does not tell. GRBL 1.1: 128.
-    pub rx_bytes: usize,
-    /// Lines before the drawing.
-    pub start: Vec<String>,
-    /// Lines after the drawing; the pen is up and back at the origin by then.
-    pub end: Vec<String>,
-    /// Lines that have the pen changed; `{pen}` stands for its number. The pen is up by then.
-    pub pen_change: Vec<String>,
+    /// What is particular to it when it is G-code.
+    #[must_use]
+    pub fn gcode(&self) -> Option<&Gcode> {
+        match self {
+            Self::Grbl(gcode) | Self::Marlin(gcode) => Some(gcode),
+            Self::Hpgl(_) => None,
+        }
+    }
 }
 
 /// What is particular to an HPGL plotter.
@@ -180,7 +148,7 @@ struct Raw {
     draw_feed: f64,
     travel_feed: f64,
     acceleration: f64,
-    gcode: Option<Gcode>,
+    gcode: Option<RawGcode>,
     hpgl: Option<Hpgl>,
 }
 
@@ -188,6 +156,7 @@ struct Raw {
 #[serde(rename_all = "kebab-case")]
 enum Protocol {
     Grbl,
+    Marlin,
     Hpgl,
 }
 
@@ -199,106 +168,84 @@ impl Device {
     pub(super) fn from_table(table: toml::Table, file: &str) -> Result<Self, DeviceError> {
         let bad = |what: String| DeviceError::Profile { file: file.to_owned(), what };
         let raw: Raw = table.try_into().map_err(|e: toml::de::Error| bad(one_line(&e.to_string())))?;
-        let language = match (raw.protocol, raw.gcode, raw.hpgl) {
-            (Protocol::Grbl, Some(gcode), None) => Language::Grbl(gcode),
+        raw.checked().map_err(|Wrong { key, problem }| bad(format!("`{key}` {problem}")))
+    }
+}
+
+impl Raw {
+    fn checked(self) -> Result<Device, Wrong> {
+        let language = match (self.protocol, self.gcode, self.hpgl) {
+            (Protocol::Grbl, Some(gcode), None) => Language::Grbl(gcode.checked(false)?),
+            (Protocol::Marlin, Some(gcode), None) => Language::Marlin(gcode.checked(true)?),
             (Protocol::Hpgl, None, Some(hpgl)) => Language::Hpgl(hpgl),
-            (Protocol::Grbl, ..) => {
-                return Err(bad("protocol `grbl` wants a table [gcode] and no table [hpgl]".into()));
+            (Protocol::Grbl | Protocol::Marlin, ..) => {
+                return Err(wrong("protocol", "is of G-code: it wants a table [gcode] and no table [hpgl]"));
             }
             (Protocol::Hpgl, ..) => {
-                return Err(bad("protocol `hpgl` wants a table [hpgl] and no table [gcode]".into()));
+                return Err(wrong("protocol", "is `hpgl`: it wants a table [hpgl] and no table [gcode]"));
             }
         };
-        let device = Self {
-            name: raw.name,
-            description: raw.description,
-            language,
-            baud: raw.baud,
-            flow: raw.flow,
-            travel_mm: raw.travel_mm,
-            origin: raw.origin,
-            papers: raw.papers,
-            pens: raw.pens,
-            draw_feed: raw.draw_feed,
-            travel_feed: raw.travel_feed,
-            acceleration: raw.acceleration,
-        };
-        match device.fault() {
-            None => Ok(device),
-            Some(what) => Err(bad(what)),
-        }
-    }
-
-    /// The first value that is out of range, in words.
-    fn fault(&self) -> Option<String> {
-        let positive = |key: &str, value: f64| {
-            (!(value.is_finite() && value > 0.0)).then(|| format!("`{key}` is {value}; it must be a positive number"))
-        };
-        let nonzero = |key: &str, value: usize| (value == 0).then(|| format!("`{key}` is 0; it must be at least 1"));
-        let mut faults = vec![
-            nonzero("baud", self.baud as usize),
-            nonzero("pens", self.pens as usize),
-            positive("draw_feed", self.draw_feed),
-            positive("travel_feed", self.travel_feed),
-            positive("acceleration", self.acceleration),
-        ];
+        nonzero("baud", self.baud as usize)?;
+        nonzero("pens", self.pens as usize)?;
+        positive("draw_feed", self.draw_feed)?;
+        positive("travel_feed", self.travel_feed)?;
+        positive("acceleration", self.acceleration)?;
         for length in self.travel_mm.into_iter().flatten() {
-            faults.push(positive("travel_mm", length));
+            positive("travel_mm", length)?;
         }
         for paper in &self.papers {
-            for length in paper.size_mm {
-                faults.push(positive("papers.size_mm", length));
-            }
-            for range in [paper.x_range, paper.y_range] {
-                faults.push(
-                    (range[0] >= range[1]).then(|| format!("paper `{}`: the range {range:?} is empty", paper.name)),
-                );
-            }
-            let [x, y] = paper.origin_mm;
-            faults.push(
-                (!(x.is_finite() && y.is_finite()))
-                    .then(|| format!("paper `{}`: `origin_mm` is not finite", paper.name)),
-            );
+            paper.check()?;
         }
-        match &self.language {
-            Language::Grbl(gcode) => {
+        match &language {
+            Language::Grbl(_) | Language::Marlin(_) => {
                 if self.travel_mm.is_none() {
-                    faults.push(Some("`travel_mm` is missing".into()));
+                    return Err(wrong("travel_mm", "is missing"));
                 }
                 if !self.papers.is_empty() {
-                    faults.push(Some("`papers` is for HPGL plotters; a G-code machine has `travel_mm`".into()));
-                }
-                faults.push(nonzero("gcode.line_limit", gcode.line_limit));
-                // A buffer must hold one line with its end, and one byte of it stays free.
-                faults
-                    .push((gcode.rx_bytes < gcode.line_limit + 2).then(|| {
-                        format!("`gcode.rx_bytes` must be at least {}, to hold a line", gcode.line_limit + 2)
-                    }));
-                match gcode.pen {
-                    Pen::Servo { raise_s, lower_s, up, down } => {
-                        for (key, seconds) in [("gcode.pen.raise_s", raise_s), ("gcode.pen.lower_s", lower_s)] {
-                            faults.push(positive(key, seconds));
-                        }
-                        faults.push((up == down).then(|| "`gcode.pen`: up and down are the same".into()));
-                    }
-                    Pen::Z { up_mm, down_mm, feed } => {
-                        faults.push(positive("gcode.pen.feed", feed));
-                        faults.push(
-                            (!(up_mm.is_finite() && down_mm.is_finite() && up_mm > down_mm))
-                                .then(|| "`gcode.pen`: up_mm must be above down_mm".into()),
-                        );
-                    }
+                    return Err(wrong("papers", "is for HPGL plotters; a G-code machine has `travel_mm`"));
                 }
             }
             Language::Hpgl(hpgl) => {
-                faults.push(positive("hpgl.unit_mm", hpgl.unit_mm));
-                faults.push(nonzero("hpgl.list_points", hpgl.list_points));
-                faults.push((hpgl.buffer_bytes < 32).then(|| "`hpgl.buffer_bytes` must be at least 32".into()));
+                positive("hpgl.unit_mm", hpgl.unit_mm)?;
+                nonzero("hpgl.list_points", hpgl.list_points)?;
+                if hpgl.buffer_bytes < 32 {
+                    return Err(wrong("hpgl.buffer_bytes", "must be at least 32"));
+                }
                 if self.papers.is_empty() {
-                    faults.push(Some("`papers` is missing; an HPGL plotter has at least one".into()));
+                    return Err(wrong("papers", "is missing; an HPGL plotter has at least one"));
                 }
             }
         }
-        faults.into_iter().flatten().next()
+        Ok(Device {
+            name: self.name,
+            description: self.description,
+            language,
+            baud: self.baud,
+            flow: self.flow,
+            travel_mm: self.travel_mm,
+            origin: self.origin,
+            papers: self.papers,
+            pens: self.pens,
+            draw_feed: self.draw_feed,
+            travel_feed: self.travel_feed,
+            acceleration: self.acceleration,
+        })
+    }
+}
+
+impl Paper {
+    fn check(&self) -> Result<(), Wrong> {
+        for length in self.size_mm {
+            positive("papers.size_mm", length)?;
+        }
+        for (key, range) in [("papers.x_range", self.x_range), ("papers.y_range", self.y_range)] {
+            if range[0] >= range[1] {
+                return Err(wrong(key, format!("of paper `{}` is {range:?}, which is empty", self.name)));
+            }
+        }
+        if !self.origin_mm.iter().all(|at| at.is_finite()) {
+            return Err(wrong("papers.origin_mm", format!("of paper `{}` is not finite", self.name)));
+        }
+        Ok(())
     }
 }

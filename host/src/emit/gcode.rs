@@ -1,11 +1,11 @@
-//! G-code for GRBL 1.1 and its kin.
+//! G-code for GRBL 1.1 and its kin, and for Marlin.
 
 use glam::DVec2;
 
 use super::EmitError;
 use super::grid::{Run, runs};
 use super::number::{decimal, fixed};
-use crate::device::{Device, Gcode, Language, Pen};
+use crate::device::{Device, Dialect, Gcode};
 use crate::drawing::Drawing;
 
 /// Decimals of coordinates in mm. GRBL reports with three, and a step is coarser.
@@ -19,7 +19,7 @@ const DECIMALS: usize = 3;
 /// # Errors
 /// If the device speaks no G-code, does not reach some ink, or a line of its profile is too long or not plain ASCII.
 pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
-    let Language::Grbl(language) = &device.language else {
+    let Some(language) = device.language.gcode() else {
         return Err(EmitError::Language {
             device: device.name.clone(),
             speaks: device.language.name(),
@@ -33,7 +33,7 @@ pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
     for line in &language.start {
         writer.line(line)?;
     }
-    writer.pen_up()?;
+    writer.lines(language.pen_up())?;
     let mut pen = 1;
     for run in runs(drawing, unit, |p: DVec2| place.to_machine(p)) {
         if run.pen != pen {
@@ -44,7 +44,7 @@ pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
         }
         writer.run(&run)?;
     }
-    writer.line("G0 X0 Y0")?;
+    writer.travel("X0 Y0")?;
     for line in &language.end {
         writer.line(line)?;
     }
@@ -69,36 +69,28 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn pen_up(&mut self) -> Result<(), EmitError> {
-        match self.language.pen {
-            Pen::Servo { up, raise_s, .. } => {
-                self.line(&format!("M3 S{up}"))?;
-                self.line(&format!("G4 P{}", decimal(raise_s, 3)))
-            }
-            Pen::Z { up_mm, feed, .. } => self.line(&format!("G1 Z{} F{}", decimal(up_mm, 3), decimal(feed, 1))),
-        }
+    fn lines(&mut self, lines: Vec<String>) -> Result<(), EmitError> {
+        lines.iter().try_for_each(|line| self.line(line))
     }
 
-    fn pen_down(&mut self) -> Result<(), EmitError> {
-        match self.language.pen {
-            Pen::Servo { down, lower_s, .. } => {
-                self.line(&format!("M3 S{down}"))?;
-                self.line(&format!("G4 P{}", decimal(lower_s, 3)))
-            }
-            Pen::Z { down_mm, feed, .. } => self.line(&format!("G1 Z{} F{}", decimal(down_mm, 3), decimal(feed, 1))),
+    /// Goes somewhere with the pen up. Marlin's `G0` is as fast as the feed, which is that of the last stroke.
+    fn travel(&mut self, to: &str) -> Result<(), EmitError> {
+        match self.language.dialect {
+            Dialect::Marlin => self.line(&format!("G0 {to} F{}", decimal(self.device.travel_feed, 1))),
+            _ => self.line(&format!("G0 {to}")),
         }
     }
 
     fn run(&mut self, run: &Run) -> Result<(), EmitError> {
         let Some((first, rest)) = run.points.split_first() else { return Ok(()) };
-        self.line(&format!("G0 {}", coordinates(*first)))?;
-        self.pen_down()?;
+        self.travel(&coordinates(*first))?;
+        self.lines(self.language.pen_down())?;
         for (k, point) in rest.iter().enumerate() {
-            // The feed is modal; a pen on the Z axis has changed it.
+            // The feed is modal; a pen on the Z axis, or a Marlin's travel, has changed it.
             let feed = if k == 0 { format!(" F{}", decimal(self.device.draw_feed, 1)) } else { String::new() };
             self.line(&format!("G1 {}{feed}", coordinates(*point)))?;
         }
-        self.pen_up()
+        self.lines(self.language.pen_up())
     }
 }
 
@@ -112,7 +104,7 @@ mod tests {
 
     use super::super::tests::{drawing, polyline};
     use super::*;
-    use crate::device::{Origin, find};
+    use crate::device::{Language, Origin, find};
 
     #[test]
     fn a_servo_draws_two_strokes_and_a_dot() {
@@ -169,6 +161,29 @@ G1 Z0 F1000
 G1 X2 Y-10 F2000
 G1 Z3 F1000
 G0 X0 Y0
+";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn marlin_waits_for_its_moves_and_is_told_each_feed() {
+        let lines = vec![polyline(Boundary, 1, &[[10.0, 20.0], [30.5, 20.0]])];
+        let text = gcode(&drawing(200.0, 200.0, lines), &find("marlin-servo").unwrap()).unwrap();
+        let expected = "\
+G90
+M400
+M280 P0 S90
+G4 P200
+G0 X10 Y20 F6000
+M400
+M280 P0 S30
+G4 P250
+G1 X30.5 Y20 F2400
+M400
+M280 P0 S90
+G4 P200
+G0 X0 Y0 F6000
+M400
 ";
         assert_eq!(text, expected);
     }

@@ -16,6 +16,7 @@ pub use gcode::gcode;
 pub use grid::{Run, runs};
 pub use hpgl::hpgl;
 pub use json::json;
+pub(crate) use number::decimal;
 pub use png::{DPI, Pixels, RENDER_DPI, png, shaded};
 pub use svg::svg;
 
@@ -28,7 +29,7 @@ use crate::drawing::Drawing;
 pub enum Format {
     /// Scalable vector graphics, a layer for each kind.
     Svg,
-    /// G-code of the GRBL dialect.
+    /// G-code.
     Gcode,
     /// HPGL.
     Hpgl,

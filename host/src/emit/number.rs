@@ -14,7 +14,7 @@ pub(super) fn fixed(units: i64, decimals: usize) -> String {
 }
 
 /// A number rounded to `decimals` places, without trailing zeros.
-pub(super) fn decimal(value: f64, decimals: usize) -> String {
+pub(crate) fn decimal(value: f64, decimals: usize) -> String {
     let scale = 10_f64.powi(decimals as i32);
     // A cast saturates, and makes 0 of what is not a number.
     fixed((value * scale).round() as i64, decimals)

@@ -23,6 +23,12 @@ pub enum JobError {
     /// HPGL.
     #[error(transparent)]
     Hpgl(#[from] hpgl::JobError),
+    /// Marlin.
+    #[error("`{device}` speaks Marlin's line protocol, which is not spoken yet: draw to a .gcode file and print that")]
+    Marlin {
+        /// The device.
+        device: String,
+    },
 }
 
 /// Checks a job, in the language of the device, and gets ready to send it. `baud` is the speed of the line.
@@ -43,6 +49,7 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
             };
             Ok(Conversation { protocol: Box::new(grbl::Grbl::new(job, options)), first_pause })
         }
+        Language::Marlin(_) => Err(JobError::Marlin { device: device.name.clone() }),
         Language::Hpgl(language) => {
             let options = hpgl::Options { buffer_bytes: language.buffer_bytes, baud };
             let protocol = hpgl::Hpgl::new(hpgl::Job::new(job)?, options);
@@ -68,8 +75,12 @@ mod tests {
     fn each_device_has_its_language() {
         for name in crate::device::names() {
             let device = find(name).unwrap();
+            if matches!(device.language, Language::Marlin(_)) {
+                assert!(matches!(start(b"G28\n", &device, 9600), Err(JobError::Marlin { .. })));
+                continue;
+            }
             let (right, wrong): (&[u8], &[u8]) = match device.language {
-                Language::Grbl(_) => (b"G21\n(c)\nM0\n", b"; \n"),
+                Language::Grbl(_) | Language::Marlin(_) => (b"G21\n(c)\nM0\n", b"; \n"),
                 Language::Hpgl(_) => (b"IN;", b"12"),
             };
             let conversation = start(right, &device, 9600).unwrap();
@@ -81,7 +92,13 @@ mod tests {
 
     #[test]
     fn the_pen_is_lifted_as_it_is_made() {
-        assert_eq!(lift(&Pen::Servo { up: 5, down: 90, raise_s: 0.1, lower_s: 0.1 }), ["M3S5"]);
-        assert_eq!(lift(&Pen::Z { up_mm: 3.0, down_mm: 0.0, feed: 1.0 }), ["G21G90G0Z3.000"]);
+        assert_eq!(
+            lift(&Pen::Servo { index: 0, up: 5, down: 90, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 }),
+            ["M3S5"]
+        );
+        assert_eq!(
+            lift(&Pen::Z { up_mm: 3.0, down_mm: 0.0, feed: 1.0, soft_mm: 0.0, soft_feed: 1.0 }),
+            ["G21G90G0Z3.000"]
+        );
     }
 }

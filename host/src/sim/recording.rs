@@ -245,7 +245,7 @@ mod tests {
     }
 
     fn servo() -> Recorder {
-        recorder(Pen::Servo { up: 0, down: 1000, raise_s: 0.1, lower_s: 0.1 })
+        recorder(Pen::Servo { index: 0, up: 0, down: 1000, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 })
     }
 
     fn repeat(recorder: &mut Recorder, axes: Axes, times: u32) {
@@ -294,7 +294,8 @@ mod tests {
             r.set_pen(pen);
             assert_eq!(r.pen_down, down, "{pen:?}");
         }
-        let mut reversed = recorder(Pen::Servo { up: 900, down: 100, raise_s: 0.1, lower_s: 0.1 });
+        let mut reversed =
+            recorder(Pen::Servo { index: 0, up: 900, down: 100, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 });
         reversed.set_pen(Servo::On { level: 10_000 });
         assert!(reversed.pen_down);
         reversed.set_pen(Servo::Off);
@@ -303,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_pen_on_the_z_axis() {
-        let mut r = recorder(Pen::Z { up_mm: 3.0, down_mm: 0.0, feed: 1000.0 });
+        let mut r = recorder(Pen::Z { up_mm: 3.0, down_mm: 0.0, feed: 1000.0, soft_mm: 0.0, soft_feed: 1000.0 });
         assert!(!r.pen_down);
         repeat(&mut r, Z, 240);
         assert!(!r.pen_down);
