@@ -12,6 +12,7 @@
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
+//! | [`journal`] | what is drawn of an unfinished plot, on the disk |
 pub mod args;
 pub mod builtin;
 pub mod cli;
@@ -23,6 +24,7 @@ pub mod emit;
 pub mod error;
 pub mod interrupt;
 pub mod isocurves;
+pub mod journal;
 mod message;
 pub mod model;
 pub mod options;

@@ -6,6 +6,7 @@
 use std::cell::Cell;
 
 use penvis::device::{self, Device};
+use penvis::journal;
 use penvis::model::{FORMATS, Import, ModelFormat, ReadError, Reading, Source, Watch};
 use penvis::protocol;
 use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
@@ -20,10 +21,10 @@ const JOB_DEVICES: [&str; 2] = ["grbl-servo", "hp7475a"];
 const MOST_TICKS: u32 = 20_000;
 
 /// What reads bytes, by the names of the fuzz targets and of the folders of their inputs: the model formats, and
-/// then jobs for plotters, device profiles and what the firmware hears on its line.
+/// then jobs for plotters, device profiles, journals of plots and what the firmware hears on its line.
 #[must_use]
 pub fn names() -> Vec<String> {
-    FORMATS.iter().map(slug).chain(["job", "device", "firmware"].map(str::to_owned)).collect()
+    FORMATS.iter().map(slug).chain(["job", "device", "journal", "firmware"].map(str::to_owned)).collect()
 }
 
 /// Name of the fuzz target of a model format.
@@ -41,6 +42,7 @@ pub fn feed(name: &str, bytes: &[u8]) {
     match name {
         "job" => job(bytes),
         "device" => profile(bytes),
+        "journal" => drop(journal::parse(bytes).map_err(|error| is_a_line(&error.to_string()))),
         "firmware" => firmware(bytes),
         _ => match FORMATS.iter().find(|f| slug(f) == name) {
             Some(format) => drop(model(format, bytes)),

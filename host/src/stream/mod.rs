@@ -30,6 +30,11 @@ pub trait Observer {
     /// The plotter says something.
     fn message(&mut self, text: &str);
 
+    /// Something at this side of the line is not as it should be; the job goes on.
+    fn warn(&mut self, text: &str) {
+        self.message(text);
+    }
+
     /// What the user wants now. Asked many times a second.
     fn control(&mut self) -> Option<Control>;
 

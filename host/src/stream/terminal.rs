@@ -69,6 +69,10 @@ impl Observer for Terminal {
         self.say(&format!("the plotter says: {text}"));
     }
 
+    fn warn(&mut self, text: &str) {
+        self.say(&format!("warning: {text}"));
+    }
+
     fn control(&mut self) -> Option<Control> {
         let wanted = self.user == User::Present && interrupt::is_wanted();
         if wanted && !self.told {
