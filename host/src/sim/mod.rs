@@ -1,12 +1,17 @@
-//! A plotter that needs nothing installed: a serial port with penvis's own firmware behind it, in virtual time.
+//! Plotters that need nothing installed: a serial port with a simulated one behind it, in virtual time.
 //!
 //! [`SimPort`] is a [`serialport::SerialPort`], so that nothing above it knows that no plotter is there. Bytes travel at the
-//! speed of the line and the motors step at their own, but nobody waits for either: time jumps from event to event. What the *steps* drew, not what was
+//! speed of the line and the motors move at their own, but nobody waits for either: time jumps from event to event. Behind the port is a
+//! [`Peer`]: penvis's own firmware, or a controller that shares no code with it. What the *pen* did, not what was
 //! commanded, comes out as a [`Recording`].
 
+mod firmware;
+mod peer;
 mod port;
+mod recorder;
 mod recording;
 mod simplify;
 
+pub use peer::Peer;
 pub use port::{SimClock, SimPort};
-pub use recording::{PenSense, Recording, Trace};
+pub use recording::{Recording, Trace};

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use penvis_firmware::{Machine, Settings};
+use penvis_firmware::Settings;
 use serialport::{ClearBuffer, DataBits, Error, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
 
-use super::recording::{PenSense, Recorder, Recording};
+use super::Recording;
+use super::firmware::Firmware;
+use super::peer::Peer;
 use crate::device::Pen;
 use crate::stream::Clock;
 
@@ -38,18 +40,20 @@ impl Clock for SimClock {
 /// A serial port with a simulated plotter at its other end.
 ///
 /// A write lasts as long as its bytes travel at the baud rate, and the plotter goes on meanwhile; a read with nothing to read lets time pass
-/// until a byte arrives or the time-out is over. Both in virtual time, and so at once. The receive buffer is the firmware's
+/// until a byte arrives or the time-out is over. Both in virtual time, and so at once. The receive buffer is the plotter's
 /// own: a sender that does not count loses bytes, and nobody tells it.
+#[derive(Debug)]
 pub struct SimPort {
     // The trait clears buffers through a shared reference.
-    sim: RefCell<Sim>,
+    line: RefCell<Line>,
     clock: SimClock,
     timeout: Duration,
     baud: u32,
 }
 
-struct Sim {
-    machine: Machine<Recorder>,
+#[derive(Debug)]
+struct Line {
+    peer: Box<dyn Peer>,
     /// Time in ns: byte times are no whole µs.
     now: u64,
     /// When the plotter's transmitter is free again, ns.
@@ -58,16 +62,16 @@ struct Sim {
     inbox: VecDeque<(u64, u8)>,
 }
 
-impl Sim {
-    /// Lets the main loop do all it can.
+impl Line {
+    /// Lets the plotter do all it can.
     fn settle(&mut self, byte_ns: u64) {
         loop {
             while self.transmitter_free <= self.now {
-                let Some(byte) = self.machine.transmit() else { break };
+                let Some(byte) = self.peer.transmit() else { break };
                 self.transmitter_free = self.now + byte_ns;
                 self.inbox.push_back((self.transmitter_free, byte));
             }
-            if !self.machine.poll() {
+            if !self.peer.work() {
                 break;
             }
         }
@@ -76,18 +80,12 @@ impl Sim {
     /// Lets the next thing happen, if it does by `until` (ns). False when time has come to `until`.
     fn advance(&mut self, until: u64, byte_ns: u64) -> bool {
         self.settle(byte_ns);
-        let tick = self.machine.next_event().saturating_mul(NS_PER_US);
+        let event = self.peer.next_event();
         let transmitter = if self.transmitter_free > self.now { self.transmitter_free } else { u64::MAX };
-        let next = tick.min(transmitter);
-        if next > until {
-            self.now = self.now.max(until);
-            return false;
-        }
-        self.now = self.now.max(next);
-        if tick <= transmitter {
-            self.machine.tick();
-        }
-        true
+        let next = event.min(transmitter);
+        self.now = self.now.max(next.min(until));
+        self.peer.advance(self.now);
+        next <= until
     }
 
     /// When the oldest byte from the plotter arrives.
@@ -97,13 +95,17 @@ impl Sim {
 }
 
 impl SimPort {
-    /// A plotter that has just been switched on, with its pen up at the origin.
+    /// A plotter with penvis's own firmware that has just been switched on, with its pen up at the origin.
     #[must_use]
     pub fn new(settings: Settings, pen: &Pen, baud: u32) -> Self {
-        let recorder = Recorder::new(PenSense::new(pen, &settings), &settings);
-        let machine = Machine::new(recorder, settings);
+        Self::with(Box::new(Firmware::new(settings, pen)), baud)
+    }
+
+    /// A plotter of any kind.
+    #[must_use]
+    pub fn with(peer: Box<dyn Peer>, baud: u32) -> Self {
         Self {
-            sim: RefCell::new(Sim { machine, now: 0, transmitter_free: 0, inbox: VecDeque::new() }),
+            line: RefCell::new(Line { peer, now: 0, transmitter_free: 0, inbox: VecDeque::new() }),
             clock: SimClock::default(),
             timeout: Duration::ZERO,
             baud: baud.max(1),
@@ -119,9 +121,7 @@ impl SimPort {
     /// What has been drawn up to now.
     #[must_use]
     pub fn recording(&self) -> Recording {
-        let sim = self.sim.borrow();
-        let seconds = sim.now as f64 / NS_PER_S as f64;
-        sim.machine.hardware().recording(seconds, sim.machine.lost_bytes())
+        self.line.borrow().peer.recording()
     }
 
     fn byte_ns(&self) -> u64 {
@@ -129,7 +129,7 @@ impl SimPort {
     }
 
     fn show_time(&self) {
-        self.clock.set(self.sim.borrow().now / NS_PER_US);
+        self.clock.set(self.line.borrow().now / NS_PER_US);
     }
 }
 
@@ -139,23 +139,23 @@ impl Read for SimPort {
             return Ok(0);
         }
         let byte_ns = self.byte_ns();
-        let sim = self.sim.get_mut();
+        let line = self.line.get_mut();
         let wait = u64::try_from(self.timeout.as_nanos()).unwrap_or(u64::MAX);
-        let until = sim.now.saturating_add(wait);
+        let until = line.now.saturating_add(wait);
         // Whatever the plotter does until a byte arrives, it does.
-        while sim.arrival().is_none_or(|at| at > sim.now) {
-            let arrival = sim.arrival().unwrap_or(u64::MAX);
-            if !sim.advance(until.min(arrival), byte_ns) && arrival > until {
+        while line.arrival().is_none_or(|at| at > line.now) {
+            let arrival = line.arrival().unwrap_or(u64::MAX);
+            if !line.advance(until.min(arrival), byte_ns) && arrival > until {
                 break;
             }
         }
         let mut count = 0;
         for slot in buffer {
-            match sim.inbox.front() {
-                Some((at, byte)) if *at <= sim.now => *slot = *byte,
+            match line.inbox.front() {
+                Some((at, byte)) if *at <= line.now => *slot = *byte,
                 _ => break,
             }
-            sim.inbox.pop_front();
+            line.inbox.pop_front();
             count += 1;
         }
         self.show_time();
@@ -166,13 +166,13 @@ impl Read for SimPort {
 impl Write for SimPort {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let byte_ns = self.byte_ns();
-        let sim = self.sim.get_mut();
+        let line = self.line.get_mut();
         for &byte in bytes {
-            let arrival = sim.now + byte_ns;
-            while sim.advance(arrival, byte_ns) {}
-            sim.machine.receive(byte);
+            let arrival = line.now + byte_ns;
+            while line.advance(arrival, byte_ns) {}
+            line.peer.receive(byte);
         }
-        sim.settle(byte_ns);
+        line.settle(byte_ns);
         self.show_time();
         Ok(bytes.len())
     }
@@ -275,8 +275,8 @@ impl SerialPort for SimPort {
     }
 
     fn bytes_to_read(&self) -> serialport::Result<u32> {
-        let sim = self.sim.borrow();
-        let ready = sim.inbox.iter().take_while(|(at, _)| *at <= sim.now).count();
+        let line = self.line.borrow();
+        let ready = line.inbox.iter().take_while(|(at, _)| *at <= line.now).count();
         Ok(u32::try_from(ready).unwrap_or(u32::MAX))
     }
 
@@ -287,9 +287,9 @@ impl SerialPort for SimPort {
 
     fn clear(&self, buffer: ClearBuffer) -> serialport::Result<()> {
         if buffer != ClearBuffer::Output {
-            let mut sim = self.sim.borrow_mut();
-            let now = sim.now;
-            sim.inbox.retain(|(at, _)| *at > now);
+            let mut line = self.line.borrow_mut();
+            let now = line.now;
+            line.inbox.retain(|(at, _)| *at > now);
         }
         Ok(())
     }
