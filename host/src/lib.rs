@@ -11,6 +11,7 @@
 //! | [`interrupt`] | Ctrl-C |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
+//! | [`trace`] | what a job does, piece by piece |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
 //! | [`journal`] | what is drawn of an unfinished plot, on the disk |
 pub mod args;
@@ -38,3 +39,4 @@ pub mod sim;
 pub mod stats;
 pub mod stream;
 pub mod style;
+pub mod trace;

@@ -117,7 +117,7 @@ fn split_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// What is to be sent of a line, and its comment.
-fn clean(raw: &str) -> (String, String) {
+pub(crate) fn clean(raw: &str) -> (String, String) {
     let system = raw.trim_start().starts_with('$');
     let (mut text, mut comment) = (String::new(), String::new());
     // `$` lines hold no comments: what looks like one may be part of a value.
@@ -140,8 +140,8 @@ fn clean(raw: &str) -> (String, String) {
     (text, comment.trim().to_owned())
 }
 
-/// The words of a cleaned line: letter and value.
-fn words(text: &str) -> impl Iterator<Item = (char, f64)> {
+/// The words of a cleaned line: letter and value, which is no number where the line has none.
+pub(crate) fn words(text: &str) -> impl Iterator<Item = (char, f64)> {
     text.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(i, c)| {
         let rest = &text[i + 1..];
         let end = rest.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(rest.len());

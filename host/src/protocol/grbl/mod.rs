@@ -21,6 +21,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 pub use job::{Job, JobError, Line, Turn};
+pub(crate) use job::{clean, words};
 
 use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
 
