@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::template;
 use crate::emit::decimal;
 
 /// Decimals of heights in mm and of dwells in s.
@@ -104,6 +105,8 @@ pub struct Gcode {
     pub rx_bytes: usize,
     /// Lines that the controller holds before it carries them out, when it does not tell: `BUFSIZE` of Marlin. GRBL counts bytes only.
     pub buffer_lines: usize,
+    /// Lines that home the machine; none where it has no switches.
+    pub home: Vec<String>,
     /// Lines before the drawing.
     pub start: Vec<String>,
     /// Lines after the drawing; the pen is up and back at the origin by then.
@@ -197,6 +200,8 @@ pub(super) struct RawGcode {
     line_limit: usize,
     rx_bytes: usize,
     buffer_lines: Option<usize>,
+    #[serde(default)]
+    home: Vec<String>,
     start: Vec<String>,
     end: Vec<String>,
     pen_change: Vec<String>,
@@ -339,6 +344,13 @@ impl RawGcode {
         }
         let buffer_lines = self.buffer_lines.unwrap_or(1);
         nonzero("gcode.buffer_lines", buffer_lines)?;
+        let lists =
+            [("home", &self.home), ("start", &self.start), ("end", &self.end), ("pen_change", &self.pen_change)];
+        for (name, lines) in lists {
+            for (index, line) in lines.iter().enumerate() {
+                template::check(&format!("gcode.{name}[{index}]"), line, true)?;
+            }
+        }
         Ok(Gcode {
             dialect,
             streaming: self.streaming,
@@ -346,6 +358,7 @@ impl RawGcode {
             line_limit: self.line_limit,
             rx_bytes: self.rx_bytes,
             buffer_lines,
+            home: self.home,
             start: self.start,
             end: self.end,
             pen_change: self.pen_change,

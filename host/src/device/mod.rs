@@ -1,60 +1,67 @@
 //! Plotters as data: a profile is a TOML file that says what a plotter speaks, how far it reaches, and how its pen moves.
 //!
 //! A profile may say `inherits = "NAME"`; its keys then replace those of the named one, table by table. Profiles that come
-//! with the program are compiled in; a profile of one's own is given by the path of its file, which ends in `.toml`.
+//! with the program are compiled in; a profile of one's own is given by the path of its file, which ends in `.toml`, or by
+//! its name when it is in [`user_folder`], where it goes before a built-in one.
 
 mod gcode;
 mod place;
 mod profile;
+mod source;
+mod template;
 
-use std::fs::File;
-use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 pub use gcode::{Dialect, Gcode, Pen, Streaming};
 pub use place::{PlaceError, Placement};
-pub use profile::{Device, Flow, Hpgl, Language, Origin, Paper};
+pub use profile::{Axes, Device, Flow, Handshake, Hpgl, Language, Origin, Paper};
+pub use source::user_folder;
 
-use crate::message::one_line;
+use source::Sources;
 
 /// The profiles that come with the program: name and text.
 const BUILT_IN: &[(&str, &str)] = &[
     ("grbl-servo", include_str!("../../devices/grbl-servo.toml")),
     ("grbl-z", include_str!("../../devices/grbl-z.toml")),
+    ("grblhal", include_str!("../../devices/grblhal.toml")),
+    ("fluidnc", include_str!("../../devices/fluidnc.toml")),
     ("marlin-servo", include_str!("../../devices/marlin-servo.toml")),
     ("marlin-z", include_str!("../../devices/marlin-z.toml")),
     ("penvis", include_str!("../../devices/penvis.toml")),
     ("hp7475a", include_str!("../../devices/hp7475a.toml")),
     ("hp7470a", include_str!("../../devices/hp7470a.toml")),
     ("hp7440a", include_str!("../../devices/hp7440a.toml")),
+    ("hp7550a", include_str!("../../devices/hp7550a.toml")),
     ("dxy1100", include_str!("../../devices/dxy1100.toml")),
+    ("dxy1300", include_str!("../../devices/dxy1300.toml")),
 ];
 
 /// Name of the device that is used when none is asked for.
 pub const DEFAULT: &str = "grbl-servo";
-
-/// Most bytes of a profile.
-const LARGEST: u64 = 1 << 20;
-
-/// Longest chain of `inherits`; a longer one is a circle.
-const INHERIT_MAX: usize = 16;
 
 /// Why a device is not available.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DeviceError {
     /// No such name.
-    #[error("there is no device `{name}`; it is one of {}, or the path of a profile ending in .toml", names().join(", "))]
+    #[error("{}there is no device `{name}`; it is one of {}, one of your own in {}, or the path of a profile ending in .toml",
+        inherited_by.as_ref().map(|heir| format!("device profile {heir}: `inherits`: ")).unwrap_or_default(),
+        names().join(", "), folder_text())]
     Unknown {
         /// The name asked for.
         name: String,
+        /// The profile that inherits from it.
+        inherited_by: Option<String>,
     },
     /// A profile says something that it may not, or leaves something out.
-    #[error("device profile {file}: {what}")]
+    #[error("device profile {file}{}: {what}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
     Profile {
         /// The file, or the name of a built-in profile.
         file: String,
+        /// The line of the key, when it stands anywhere.
+        line: Option<usize>,
         /// What is wrong, with the key.
         what: String,
     },
@@ -74,12 +81,47 @@ pub fn names() -> Vec<&'static str> {
     BUILT_IN.iter().map(|(name, _)| *name).collect()
 }
 
+/// The folder of the user's profiles, for messages.
+fn folder_text() -> String {
+    user_folder().map_or_else(|| "your configuration folder".into(), |folder| folder.display().to_string())
+}
+
+/// A device that can be asked for by its name.
+#[derive(Debug)]
+pub struct Listed {
+    /// Its name.
+    pub name: String,
+    /// Its file when it is one of the user's own.
+    pub path: Option<PathBuf>,
+    /// The device, or what is wrong with its profile.
+    pub device: Result<Device, DeviceError>,
+}
+
+/// The devices that can be asked for by name: those that come with the program, unless one of the user's own goes before
+/// them, then the user's.
+#[must_use]
+pub fn list() -> Vec<Listed> {
+    list_in(user_folder().as_deref())
+}
+
+fn list_in(folder: Option<&Path>) -> Vec<Listed> {
+    let own = folder.map(source::names_in).unwrap_or_default();
+    let built_in = names().into_iter().map(str::to_owned).filter(|name| !own.contains(name)).map(|name| (name, None));
+    let own = own.iter().filter_map(|name| Some((name.clone(), Some(folder?.join(format!("{name}.toml"))))));
+    built_in.chain(own).map(|(name, path)| Listed { device: find_in(&name, folder), name, path }).collect()
+}
+
 /// The device of this name, or the one in this file when it ends in `.toml`.
 ///
 /// # Errors
 /// [`DeviceError`]: no such name, or a profile that is not right.
 pub fn find(name: &str) -> Result<Device, DeviceError> {
-    Device::from_table(resolved(name)?, name)
+    find_in(name, user_folder().as_deref())
+}
+
+fn find_in(name: &str, folder: Option<&Path>) -> Result<Device, DeviceError> {
+    let (sources, table) = Sources::of(name, folder)?;
+    Device::from_table(table, &sources)
 }
 
 /// The TOML text of a device with everything that it inherits written out; it reads back as the same device.
@@ -87,9 +129,13 @@ pub fn find(name: &str) -> Result<Device, DeviceError> {
 /// # Errors
 /// As [`find`].
 pub fn resolved_toml(name: &str) -> Result<String, DeviceError> {
-    let table = resolved(name)?;
-    Device::from_table(table.clone(), name)?;
-    toml::to_string(&table).map_err(|e| DeviceError::Profile { file: name.to_owned(), what: e.to_string() })
+    let (sources, table) = Sources::of(name, user_folder().as_deref())?;
+    Device::from_table(table.clone(), &sources)?;
+    toml::to_string(&table).map_err(|e| DeviceError::Profile {
+        file: name.to_owned(),
+        line: None,
+        what: crate::message::one_line(&e.to_string()),
+    })
 }
 
 impl Device {
@@ -98,73 +144,8 @@ impl Device {
     /// # Errors
     /// [`DeviceError`]: a profile that is not right, or one that it inherits from.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, DeviceError> {
-        Self::from_table(followed(parse(text, file)?, file)?, file)
-    }
-}
-
-/// The profile's table with `inherits` followed and removed.
-fn resolved(name: &str) -> Result<toml::Table, DeviceError> {
-    followed(parse(&read(name)?, name)?, name)
-}
-
-/// A profile's table with `inherits` followed and removed.
-fn followed(mut base: toml::Table, name: &str) -> Result<toml::Table, DeviceError> {
-    let mut file = name.to_owned();
-    let mut table = toml::Table::new();
-    for _ in 0..INHERIT_MAX {
-        let next = base.remove("inherits");
-        overlay(&mut base, table);
-        table = base;
-        match next {
-            None => return Ok(table),
-            Some(toml::Value::String(next)) => {
-                base = parse(&read(&next)?, &next)?;
-                file = next;
-            }
-            Some(_) => {
-                return Err(DeviceError::Profile { file, what: "`inherits` must be the name of a device".into() });
-            }
-        }
-    }
-    Err(DeviceError::Profile { file: name.to_owned(), what: "`inherits` goes round in a circle".into() })
-}
-
-fn read(name: &str) -> Result<String, DeviceError> {
-    if name.ends_with(".toml") {
-        let mut text = String::new();
-        let reading = File::open(name).and_then(|file| file.take(LARGEST + 1).read_to_string(&mut text));
-        return match reading {
-            Err(source) => Err(DeviceError::Read { file: name.to_owned(), source }),
-            Ok(_) if text.len() as u64 > LARGEST => Err(DeviceError::Profile {
-                file: name.to_owned(),
-                what: format!("is larger than {} KiB, too large for a profile; check the path", LARGEST >> 10),
-            }),
-            Ok(_) => Ok(text),
-        };
-    }
-    let found = BUILT_IN.iter().find(|(known, _)| *known == name);
-    found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| DeviceError::Unknown { name: name.to_owned() })
-}
-
-fn parse(text: &str, file: &str) -> Result<toml::Table, DeviceError> {
-    text.parse::<toml::Table>()
-        .map_err(|e| DeviceError::Profile { file: file.to_owned(), what: one_line(&e.to_string()) })
-}
-
-/// Puts the keys of `over` into `base`. Tables are merged, anything else is replaced; a table with another `kind` is replaced
-/// too, for its keys mean something else.
-fn overlay(base: &mut toml::Table, over: toml::Table) {
-    for (key, value) in over {
-        match (base.get_mut(&key), value) {
-            (Some(toml::Value::Table(below)), toml::Value::Table(above))
-                if above.get("kind").is_none_or(|kind| below.get("kind") == Some(kind)) =>
-            {
-                overlay(below, above);
-            }
-            (_, value) => {
-                base.insert(key, value);
-            }
-        }
+        let (sources, table) = Sources::of_text(text, file, user_folder().as_deref())?;
+        Self::from_table(table, &sources)
     }
 }
 
@@ -189,7 +170,7 @@ mod tests {
         for (name, _) in BUILT_IN {
             let text = resolved_toml(name).unwrap();
             assert!(!text.contains("inherits"));
-            assert_eq!(Device::from_table(parse(&text, name).unwrap(), name).unwrap(), find(name).unwrap());
+            assert_eq!(Device::from_toml(&text, name).unwrap(), find(name).unwrap());
         }
     }
 
@@ -221,14 +202,27 @@ mod tests {
     #[test]
     fn faults_name_the_key_and_the_file() {
         let table: &[(&str, &[&str])] = &[
-            ("inherits = 'grbl-servo'\nspeed = 3\n", &["speed", ".toml"]),
-            ("inherits = 'grbl-servo'\n[gcode.pen]\nkind = 'servo'\nupp = 3\n", &["upp"]),
-            ("inherits = 'grbl-servo'\ndraw_feed = -1.0\n", &["draw_feed", "positive"]),
-            ("inherits = 'grbl-servo'\ntravel_mm = [inf, 1.0]\n", &["travel_mm"]),
+            ("inherits = 'grbl-servo'\nspeed = 3\n", &["speed", ".toml, line 2: "]),
+            ("inherits = 'grbl-servo'\n[gcode.pen]\nkind = 'servo'\nupp = 3\n", &["`gcode.pen.upp`", "line 4"]),
+            ("inherits = 'grbl-servo'\n[gcode.pen]\nup = 'high'\n", &["`gcode.pen.up`", "line 3"]),
+            ("inherits = 'grbl-servo'\n[gcode.pen]\nindex = 1\n", &["`gcode.pen.index`", "Marlin"]),
+            ("inherits = 'grbl-servo'\n[gcode.pen]\nsoft_steps = 99\n", &["`gcode.pen.soft_steps`", "1 to 50"]),
+            ("inherits = 'grbl-servo'\n[gcode.pen]\nfeed = 1.0\n", &["`gcode.pen.feed`", "`servo`"]),
+            ("inherits = 'grbl-z'\n[gcode.pen]\nsoft_mm = 9.0\n", &["`gcode.pen.soft_mm`", "line 3"]),
+            ("inherits = 'grbl-servo'\n[gcode.pen]\nkind = 'z'\nup_mm = 1.0\n", &["`gcode.pen.feed` is missing"]),
+            ("inherits = 'grbl-servo'\ndraw_feed = -1.0\n", &["draw_feed", "positive", "line 2"]),
+            ("inherits = 'grbl-servo'\ntravel_mm = [inf, 1.0]\n", &["travel_mm", "line 2"]),
+            (
+                "inherits = 'grbl-servo'\n[gcode]\nstart = ['G21',\n 'M3 S{lift}']\n",
+                &["{lift}", "{pen}, {up}", "line 4"],
+            ),
+            ("inherits = 'grbl-servo'\n[gcode]\ndialect = 'marlin'\n", &["`gcode.dialect`", "line 3"]),
+            ("inherits = 'hp7475a'\n[hpgl]\npen_change = 'SP{pin};'\n", &["`hpgl.pen_change`", "line 3"]),
+            ("inherits = 'hp7475a'\n[axes]\nswap = true\n", &["`axes`", "line 2"]),
             ("inherits = 'hp7475a'\nprotocol = 'grbl'\n", &["[gcode]"]),
-            ("inherits = 'nobody'\n", &["nobody", "hp7475a"]),
-            ("inherits = 3\n", &["inherits"]),
-            ("name = \n", &["profile"]),
+            ("inherits = 'nobody'\n", &["nobody", "hp7475a", ".toml: `inherits`"]),
+            ("inherits = 3\n", &["inherits", "line 1"]),
+            ("name = \n", &["profile", "line 1"]),
             ("name = 'x'\n", &["description"]),
         ];
         for (text, words) in table {
@@ -238,6 +232,23 @@ mod tests {
             }
             assert!(!message.contains('\n'), "{message:?} is more than a line");
         }
+    }
+
+    #[test]
+    fn the_list_has_the_users_own_with_their_faults() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("mine.toml", "inherits = 'grbl-z'\nname = 'mine'\n");
+        write("bad.toml", "inherits = 'grbl-z'\nbaud = 'fast'\n");
+        write("penvis.toml", "inherits = 'penvis'\nbaud = 9600\n");
+        let list = list_in(Some(folder.path()));
+        assert_eq!(list.len(), names().len() + 2);
+        let of = |name: &str| list.iter().find(|listed| listed.name == name).unwrap();
+        assert!(of("mine").device.is_ok() && of("mine").path.as_ref().unwrap().ends_with("mine.toml"));
+        assert!(of("bad").device.as_ref().unwrap_err().to_string().contains("line 2"));
+        assert_eq!(of("penvis").device.as_ref().unwrap().baud, 9600);
+        assert!(of("grbl-z").path.is_none());
+        assert_eq!(list_in(None).len(), names().len());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec2Swizzles};
 use thiserror::Error;
 
-use super::{Device, Language, Origin};
+use super::{Axes, Device, Language, Origin};
 use crate::drawing::Page;
 
 /// Slack in mm when a sheet is compared with a named size: paper is cut to half a millimetre, and inch sizes are rounded.
@@ -43,7 +43,8 @@ pub enum PlaceError {
     },
 }
 
-/// The map from a page (mm, y up, origin at its lower left corner) to a plotter (mm, y up, origin at the machine's zero).
+/// The map from a page (mm, y up, origin at its lower left corner) to a plotter (mm, origin at the machine's zero, axes as its
+/// controller counts them).
 ///
 /// A page that only fits when it is turned is turned a quarter to the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +59,8 @@ pub struct Placement {
     pub min_mm: DVec2,
     /// Largest coordinates that the machine reaches, in its own mm.
     pub max_mm: DVec2,
+    /// How the controller's axes lie.
+    axes: Axes,
 }
 
 impl Placement {
@@ -65,13 +68,13 @@ impl Placement {
     #[must_use]
     pub fn to_machine(&self, page: DVec2) -> DVec2 {
         let lying = if self.turned { DVec2::new(self.page_height_mm - page.y, page.x) } else { page };
-        lying - self.origin_mm
+        self.axes.apply(lying - self.origin_mm)
     }
 
     /// A point of the machine in mm of the page: the inverse of [`to_machine`](Self::to_machine) up to rounding.
     #[must_use]
     pub fn to_page(&self, machine: DVec2) -> DVec2 {
-        let lying = machine + self.origin_mm;
+        let lying = self.axes.undo(machine) + self.origin_mm;
         if self.turned { DVec2::new(lying.y, self.page_height_mm - lying.x) } else { lying }
     }
 
@@ -80,6 +83,24 @@ impl Placement {
     pub fn reaches(&self, page: DVec2, slack_mm: f64) -> bool {
         let at = self.to_machine(page);
         at.cmpge(self.min_mm - slack_mm).all() && at.cmple(self.max_mm + slack_mm).all()
+    }
+}
+
+impl Axes {
+    /// From the operator's axes to the controller's.
+    fn apply(self, at: DVec2) -> DVec2 {
+        (if self.swap { at.yx() } else { at }) * self.signs()
+    }
+
+    /// From the controller's axes to the operator's.
+    fn undo(self, at: DVec2) -> DVec2 {
+        let at = at * self.signs();
+        if self.swap { at.yx() } else { at }
+    }
+
+    fn signs(self) -> DVec2 {
+        let sign = |inverted: bool| if inverted { -1.0 } else { 1.0 };
+        DVec2::new(sign(self.invert_x), sign(self.invert_y))
     }
 }
 
@@ -108,8 +129,10 @@ impl Device {
                         Origin::LowerRight => DVec2::X,
                         Origin::UpperRight => DVec2::ONE,
                     };
-                let min_mm = -origin_mm;
-                return Ok(Placement { turned, page_height_mm: page.y, origin_mm, min_mm, max_mm: lying + min_mm });
+                let axes = self.axes;
+                let (one, other) = (axes.apply(-origin_mm), axes.apply(lying - origin_mm));
+                let (min_mm, max_mm) = (one.min(other), one.max(other));
+                return Ok(Placement { turned, page_height_mm: page.y, origin_mm, min_mm, max_mm, axes });
             }
         }
         Err(PlaceError::TooLarge {
@@ -132,6 +155,7 @@ impl Device {
                         origin_mm: DVec2::from(paper.origin_mm),
                         min_mm: corner(0) * unit_mm,
                         max_mm: corner(1) * unit_mm,
+                        axes: Axes::default(),
                     });
                 }
             }
@@ -190,6 +214,25 @@ mod tests {
             let place = device.place(A4).unwrap();
             assert_eq!(place.to_machine(DVec2::ZERO), DVec2::from(at));
             assert!(place.reaches(DVec2::new(297.0, 210.0), 0.0) && !place.reaches(DVec2::new(297.0, 210.1), 0.0));
+        }
+    }
+
+    #[test]
+    fn axes_are_swapped_and_then_inverted() {
+        let axes = |swap, invert_x, invert_y| Axes { swap, invert_x, invert_y };
+        for (axes, at) in [
+            (axes(false, false, false), [297.0, 100.0]),
+            (axes(true, false, false), [100.0, 297.0]),
+            (axes(true, true, false), [-100.0, 297.0]),
+            (axes(false, false, true), [297.0, -100.0]),
+        ] {
+            let mut device = find("grbl-servo").unwrap();
+            device.axes = axes;
+            let place = device.place(A4).unwrap();
+            let point = DVec2::new(297.0, 100.0);
+            assert_eq!(place.to_machine(point), DVec2::from(at), "{axes:?}");
+            assert_eq!(place.to_page(place.to_machine(point)), point);
+            assert!(place.reaches(point, 0.0) && !place.reaches(DVec2::new(-1.0, 0.0), 0.0));
         }
     }
 

@@ -4,7 +4,8 @@ use serde::Deserialize;
 
 use super::DeviceError;
 use super::gcode::{Gcode, RawGcode, Wrong, nonzero, positive, wrong};
-use crate::message::one_line;
+use super::source::Sources;
+use super::template;
 
 /// The language a plotter speaks, with what is particular to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +55,30 @@ pub struct Hpgl {
     pub end: String,
     /// Instructions that take a pen; `{pen}` stands for its number.
     pub pen_change: String,
+    /// How the plotter's buffer is kept from overflowing.
+    #[serde(default)]
+    pub handshake: Handshake,
+    /// Fastest speed that `VS` takes, in cm/s; none when the plotter has no such instruction.
+    pub speed_max: Option<u32>,
+}
+
+/// How an HPGL plotter's buffer is kept from overflowing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Handshake {
+    /// The first of the others that the plotter knows, in their order.
+    #[default]
+    Auto,
+    /// The free bytes are asked for (`ESC.B`).
+    EscB,
+    /// The plotter says when to stop and when to go on (`ESC.I`, `ESC.N`).
+    XonXoff,
+    /// A block is sent when the plotter has said that it has room for it (`ESC.H`).
+    EnqAck,
+    /// The plotter's DTR, at CTS or DSR of the port, tells whether there is room (`ESC.@`).
+    Hardware,
+    /// A piece is sent when the one before it is drawn (`OA`).
+    Oa,
 }
 
 /// Flow control of the line.
@@ -82,6 +107,18 @@ pub enum Origin {
     LowerRight,
     /// Upper right: the sheet is at negative x and negative y.
     UpperRight,
+}
+
+/// How the controller's axes lie to those of the operator, for whom x goes to the right and y away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Axes {
+    /// Whether the controller's x goes away from the operator and y to the right.
+    pub swap: bool,
+    /// Whether the controller's x (after the swap) counts the other way.
+    pub invert_x: bool,
+    /// Whether the controller's y (after the swap) counts the other way.
+    pub invert_y: bool,
 }
 
 /// A sheet that the plotter knows, as it lies in it.
@@ -117,6 +154,8 @@ pub struct Device {
     pub travel_mm: Option<[f64; 2]>,
     /// Where the machine's zero is on a sheet that is not one of `papers`.
     pub origin: Origin,
+    /// How the controller's axes lie.
+    pub axes: Axes,
     /// Sheets it knows. Empty: any sheet within the reach.
     pub papers: Vec<Paper>,
     /// How many pens it holds.
@@ -143,6 +182,8 @@ struct Raw {
     #[serde(default)]
     origin: Origin,
     #[serde(default)]
+    axes: Axes,
+    #[serde(default)]
     papers: Vec<Paper>,
     pens: u32,
     draw_feed: f64,
@@ -161,14 +202,14 @@ enum Protocol {
 }
 
 impl Device {
-    /// Reads a profile whose `inherits` has been resolved. `file` is for the message.
+    /// Reads a profile whose `inherits` has been resolved; `sources` are what it was resolved from.
     ///
     /// # Errors
     /// [`DeviceError::Profile`] with the key that is unknown, missing, or out of range.
-    pub(super) fn from_table(table: toml::Table, file: &str) -> Result<Self, DeviceError> {
-        let bad = |what: String| DeviceError::Profile { file: file.to_owned(), what };
-        let raw: Raw = table.try_into().map_err(|e: toml::de::Error| bad(one_line(&e.to_string())))?;
-        raw.checked().map_err(|Wrong { key, problem }| bad(format!("`{key}` {problem}")))
+    pub(super) fn from_table(table: toml::Table, sources: &Sources) -> Result<Self, DeviceError> {
+        let raw: Raw = serde_path_to_error::deserialize(toml::Value::Table(table))
+            .map_err(|e| sources.fault(&e.path().to_string(), &format!("is wrong: {}", e.inner().message())))?;
+        raw.checked().map_err(|Wrong { key, problem }| sources.fault(&key, &problem))
     }
 }
 
@@ -193,8 +234,8 @@ impl Raw {
         for length in self.travel_mm.into_iter().flatten() {
             positive("travel_mm", length)?;
         }
-        for paper in &self.papers {
-            paper.check()?;
+        for (index, paper) in self.papers.iter().enumerate() {
+            paper.check(index)?;
         }
         match &language {
             Language::Grbl(_) | Language::Marlin(_) => {
@@ -211,6 +252,13 @@ impl Raw {
                 if hpgl.buffer_bytes < 32 {
                     return Err(wrong("hpgl.buffer_bytes", "must be at least 32"));
                 }
+                for (key, text) in [("start", &hpgl.start), ("end", &hpgl.end), ("pen_change", &hpgl.pen_change)] {
+                    template::check(&format!("hpgl.{key}"), text, false)?;
+                }
+                nonzero("hpgl.speed_max", hpgl.speed_max.map_or(1, |speed| speed as usize))?;
+                if self.axes != Axes::default() {
+                    return Err(wrong("axes", "is for G-code machines; the ranges of `papers` say how HPGL lies"));
+                }
                 if self.papers.is_empty() {
                     return Err(wrong("papers", "is missing; an HPGL plotter has at least one"));
                 }
@@ -224,6 +272,7 @@ impl Raw {
             flow: self.flow,
             travel_mm: self.travel_mm,
             origin: self.origin,
+            axes: self.axes,
             papers: self.papers,
             pens: self.pens,
             draw_feed: self.draw_feed,
@@ -234,17 +283,18 @@ impl Raw {
 }
 
 impl Paper {
-    fn check(&self) -> Result<(), Wrong> {
+    fn check(&self, index: usize) -> Result<(), Wrong> {
+        let key = |name: &str| format!("papers[{index}].{name}");
         for length in self.size_mm {
-            positive("papers.size_mm", length)?;
+            positive(&key("size_mm"), length)?;
         }
-        for (key, range) in [("papers.x_range", self.x_range), ("papers.y_range", self.y_range)] {
+        for (name, range) in [("x_range", self.x_range), ("y_range", self.y_range)] {
             if range[0] >= range[1] {
-                return Err(wrong(key, format!("of paper `{}` is {range:?}, which is empty", self.name)));
+                return Err(wrong(&key(name), format!("is {range:?}, which is empty")));
             }
         }
         if !self.origin_mm.iter().all(|at| at.is_finite()) {
-            return Err(wrong("papers.origin_mm", format!("of paper `{}` is not finite", self.name)));
+            return Err(wrong(&key("origin_mm"), "is not finite"));
         }
         Ok(())
     }

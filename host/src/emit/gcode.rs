@@ -31,7 +31,7 @@ pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
     super::check_reach(drawing, device, &place, unit)?;
     let mut writer = Writer { text: String::new(), device, language };
     for line in &language.start {
-        writer.line(line)?;
+        writer.line(&device.fill(line, 1))?;
     }
     writer.lines(language.pen_up())?;
     let mut pen = 1;
@@ -39,14 +39,14 @@ pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
         if run.pen != pen {
             pen = run.pen;
             for line in &language.pen_change {
-                writer.line(&line.replace("{pen}", &pen.to_string()))?;
+                writer.line(&device.fill(line, pen))?;
             }
         }
         writer.run(&run)?;
     }
     writer.travel("X0 Y0")?;
     for line in &language.end {
-        writer.line(line)?;
+        writer.line(&device.fill(line, pen))?;
     }
     Ok(writer.text)
 }
@@ -152,12 +152,14 @@ G17
 G94
 G1 Z3 F1000
 G0 X0 Y-10
-G1 Z0 F1000
+G1 Z1 F1000
+G1 Z0 F300
 G1 X1 Y-10 F2000
 G1 Z3 F1000
 M0 (pen 2)
 G0 X1 Y-10
-G1 Z0 F1000
+G1 Z1 F1000
+G1 Z0 F300
 G1 X2 Y-10 F2000
 G1 Z3 F1000
 G0 X0 Y0

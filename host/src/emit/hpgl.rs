@@ -25,14 +25,14 @@ pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
     let place = device.place(drawing.page)?;
     super::check_reach(drawing, device, &place, language.unit_mm)?;
     // Absolute coordinates are the default after IN; a start string of one's own may have said otherwise.
-    let mut text = format!("{}PA;", language.start);
+    let mut text = format!("{}PA;", device.fill(&language.start, 1));
     let mut held = None;
     for run in runs(drawing, language.unit_mm, |p: DVec2| place.to_machine(p)) {
         if held != Some(run.pen) {
             if run.pen > device.pens {
                 return Err(EmitError::Pen { pen: run.pen, device: device.name.clone(), pens: device.pens });
             }
-            text.push_str(&language.pen_change.replace("{pen}", &run.pen.to_string()));
+            text.push_str(&device.fill(&language.pen_change, run.pen));
             held = Some(run.pen);
         }
         let [x, y] = run.points[0];
@@ -45,7 +45,7 @@ pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
             let _ = write!(text, "PD{};", list.join(","));
         }
     }
-    text.push_str(&language.end);
+    text.push_str(&device.fill(&language.end, held.unwrap_or(1)));
     Ok(text)
 }
 
