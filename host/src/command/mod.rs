@@ -5,6 +5,7 @@ use std::io::{self, Write};
 pub mod devices;
 pub mod draw;
 pub mod info;
+mod ink;
 pub mod plot;
 pub mod ports;
 pub mod scene;

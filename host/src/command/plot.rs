@@ -5,35 +5,25 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use penvis_firmware::Settings;
 use serialport::FlowControl;
 use thiserror::Error as ThisError;
 
+use super::ink;
 use crate::args::DrawingArgs;
 use crate::compute::{Computed, compute, duration_text, load, summary};
-use crate::device::{self, Device, Flow, Gcode, Language, PlaceError};
+use crate::device::{self, Device, Flow, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
-use crate::options::{DrawingOptions, folder};
-use crate::output;
+use crate::options::DrawingOptions;
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError};
-use crate::sim::{Recording, SimPort};
+use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
 use crate::stream::{self, Clock, StreamError, Terminal, User, WallClock};
 
-/// Name of the port with the simulated plotter.
-const SIM: &str = "sim";
-
-/// Device of the simulated port, when none is asked for.
-const SIM_DEVICE: &str = "penvis";
-
 /// Device for HPGL files, when none is asked for.
 const HPGL_DEVICE: &str = "hp7475a";
-
-/// Width of the pen in the picture of what the simulated plotter drew, mm.
-const SIM_PEN_MM: f64 = 0.3;
 
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
@@ -41,10 +31,12 @@ pub struct PlotArgs {
     /// Built-in models (`penvis info --list`), model files or scenes, several as one; or one file for a plotter: .gcode, .nc, .hpgl, .plt
     #[arg(required = true, value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
-    /// Serial port (`penvis ports`), or `sim` for a simulated plotter
+    /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl` for one with GRBL; options
+    /// of it follow after commas, such as `sim:grbl,$32=1`
     #[arg(long, value_name = "PORT")]
     pub port: String,
-    /// Plotter (`penvis devices`), or the path of a profile ending in .toml [default: grbl-servo; penvis with --port sim; hp7475a for HPGL files]
+    /// Plotter (`penvis devices`), or the path of a profile ending in .toml [default: grbl-servo; penvis with --port sim, and others
+    /// of these ports their own; hp7475a for HPGL files]
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
     /// Speed of the line [default: the device's]
@@ -53,6 +45,14 @@ pub struct PlotArgs {
     /// With --port sim: file for what the simulated plotter drew, .svg or .png [default: JOB-ink.svg in the current folder]
     #[arg(long, value_name = "FILE")]
     pub sim_out: Option<PathBuf>,
+    /// With --port sim: what goes wrong, NAME or NAME@N, of lost, doubled, corrupted (a byte to the plotter; lost-answer and so on: from
+    /// it), delayed-ok, missing-ok, error, alarm, reset, unplug, stall, pen-change. N counts from 1: bytes to the plotter, with -answer
+    /// those from it, with -ok acknowledgements
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub fault: Vec<String>,
+    /// With --fault: decides where faults happen that say no N, and how
+    #[arg(long, value_name = "NUMBER", default_value_t = 1)]
+    pub seed: u64,
     /// What is drawn of a model, and on which paper
     #[command(flatten)]
     pub drawing: DrawingArgs,
@@ -65,14 +65,11 @@ pub enum PlotError {
     /// The model cannot be drawn, or what the simulated plotter drew cannot be written.
     #[error(transparent)]
     Drawing(#[from] Error),
-    /// `--sim-out` with a real plotter.
-    #[error("--sim-out is for the simulated plotter; leave it out, or plot with --port sim")]
-    SimOutWithoutSim,
-    /// Not a picture.
-    #[error("--sim-out {path}: give a name that ends in .svg or .png", path = path.display())]
-    SimOutKind {
-        /// The file asked for.
-        path: PathBuf,
+    /// `--sim-out` or `--fault` with a real plotter.
+    #[error("{option} is for the simulated plotter; leave it out, or plot with --port sim")]
+    OnlySim {
+        /// The option.
+        option: &'static str,
     },
     /// The picture cannot be where it is asked for.
     #[error("--sim-out {path}: {problem}", path = path.display())]
@@ -82,14 +79,12 @@ pub enum PlotError {
         /// Why not.
         problem: &'static str,
     },
-    /// An HPGL plotter is not simulated.
-    #[error("the simulated plotter speaks G-code and `{device}` speaks {speaks}; plot with --device {SIM_DEVICE}")]
-    SimLanguage {
-        /// The device asked for.
-        device: String,
-        /// What it speaks.
-        speaks: &'static str,
-    },
+    /// No such simulated plotter.
+    #[error(transparent)]
+    Peer(#[from] PeerError),
+    /// No such fault.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
     /// A file of another language.
     #[error(
         "{file} is not in the language of `{device}`, {speaks}; choose another --device (`penvis devices` lists them)"
@@ -174,8 +169,8 @@ struct Job {
 /// Where a job goes.
 #[derive(Debug)]
 enum Destination<'a> {
-    /// The simulated plotter, and the picture of what it draws.
-    Sim { gcode: &'a Gcode, ink: PathBuf },
+    /// A simulated plotter, with faults, and the picture of what it draws.
+    Sim { port: Box<SimPort>, faults: Vec<Fault>, ink: PathBuf },
     /// A real port.
     Port(&'a str),
 }
@@ -187,18 +182,24 @@ enum Destination<'a> {
 pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     let file = file(&args.jobs)?;
     let format = file.and_then(Format::of_path);
-    let device =
-        device::find(args.device.as_deref().unwrap_or(default_device(&args.port, format))).map_err(Error::from)?;
-    let destination = destination(args, &device)?;
+    let sim = SimName::parse(&args.port).transpose()?;
+    let device = args.device.as_deref().unwrap_or(default_device(sim.as_ref(), format));
+    let device = device::find(device).map_err(Error::from)?;
+    let baud = args.baud.unwrap_or(device.baud);
+    let destination = destination(args, sim.as_ref(), &device, baud)?;
     let job = match file {
         Some(path) => read(path, &device)?,
         None => draw(args, &device)?,
     };
-    let baud = args.baud.unwrap_or(device.baud);
     let conversation = protocol::start(&job.bytes, &device, baud)
         .map_err(|source| PlotError::Job { name: job.name.clone(), source })?;
     match destination {
-        Destination::Sim { gcode, ink } => simulate(&job, conversation, &device, gcode, baud, &ink),
+        Destination::Sim { port, faults, ink } => {
+            let lines = job.bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
+            let expected = Traffic { sent: job.bytes.len() as u64, answered: 4 * lines, acknowledged: lines };
+            let faults = Faults::new(&faults, args.seed, expected);
+            simulate(&job, conversation, &device, *port, faults, &ink)
+        }
         Destination::Port(port) => Ok(plot(&job, conversation, &device, baud, port)?),
     }
 }
@@ -218,40 +219,36 @@ fn file(jobs: &[String]) -> Result<Option<&Path>, PlotError> {
     }
 }
 
-fn default_device(port: &str, format: Option<Format>) -> &'static str {
-    match format {
-        Some(Format::Hpgl) => HPGL_DEVICE,
-        _ if port == SIM => SIM_DEVICE,
-        _ => device::DEFAULT,
+fn default_device(sim: Option<&SimName>, format: Option<Format>) -> &'static str {
+    match (sim, format) {
+        (Some(sim), _) => sim.default_device(),
+        (None, Some(Format::Hpgl)) => HPGL_DEVICE,
+        (None, _) => device::DEFAULT,
     }
 }
 
-fn destination<'a>(args: &'a PlotArgs, device: &'a Device) -> Result<Destination<'a>, PlotError> {
-    if args.port != SIM {
+fn destination<'a>(
+    args: &'a PlotArgs,
+    sim: Option<&SimName>,
+    device: &Device,
+    baud: u32,
+) -> Result<Destination<'a>, PlotError> {
+    let Some(sim) = sim else {
         return if args.sim_out.is_some() {
-            Err(PlotError::SimOutWithoutSim)
+            Err(PlotError::OnlySim { option: "--sim-out" })
+        } else if !args.fault.is_empty() {
+            Err(PlotError::OnlySim { option: "--fault" })
         } else {
             Ok(Destination::Port(&args.port))
         };
-    }
-    let Language::Grbl(gcode) = &device.language else {
-        return Err(PlotError::SimLanguage { device: device.name.clone(), speaks: device.language.name() });
     };
+    let faults = args.fault.iter().map(|fault| fault.parse()).collect::<Result<Vec<Fault>, _>>()?;
+    let port = Box::new(SimPort::with(sim.peer(device)?, baud));
     let ink = args.sim_out.clone().unwrap_or_else(|| ink_name(&args.jobs));
-    if !matches!(Format::of_path(&ink), Some(Format::Svg | Format::Png)) {
-        return Err(PlotError::SimOutKind { path: ink });
-    }
     // Said before the plot rather than after it.
-    let problem = if !folder(&ink).is_dir() {
-        Some("there is no such folder; make it first")
-    } else if ink.exists() && !ink.is_file() {
-        Some("is there, and is not a regular file; choose another name")
-    } else {
-        None
-    };
-    match problem {
+    match ink::problem(&ink) {
         Some(problem) => Err(PlotError::SimOutPath { path: ink, problem }),
-        None => Ok(Destination::Sim { gcode, ink }),
+        None => Ok(Destination::Sim { port, faults, ink }),
     }
 }
 
@@ -305,35 +302,35 @@ fn read(path: &Path, device: &Device) -> Result<Job, PlotError> {
     }
 }
 
-/// Plots on the simulated plotter, and writes the picture of what it drew.
+/// Plots on the simulated plotter, and writes the picture of what it drew: of a job that fails only if it was to go wrong.
 fn simulate(
     job: &Job,
     mut conversation: Conversation,
     device: &Device,
-    gcode: &Gcode,
-    baud: u32,
-    ink: &Path,
+    mut port: SimPort,
+    faults: Faults,
+    path: &Path,
 ) -> Result<(), PlotError> {
-    // A job whose page is unknown may use all of the plotter.
-    let [width_mm, height_mm] = device.travel_mm.unwrap_or_default();
-    let page = job.page.unwrap_or(Page { width_mm, height_mm });
+    let page = job.page.unwrap_or_else(|| ink::whole_page(device));
     let placement = device.place(page).map_err(PlotError::Place)?;
-    let mut port = SimPort::new(Settings::default(), &gcode.pen, baud);
+    let disturbed = !faults.is_empty();
+    port.set_faults(faults);
     let clock = port.clock();
-    stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut Terminal::new(User::Absent))
-        .map_err(|source| PlotError::Stream { name: job.name.clone(), source })?;
-    let recording = port.recording();
-    let drawing = recording.drawing(&job.name, page, &placement);
-    let picture = match Format::of_path(ink) {
-        Some(Format::Png) => {
-            emit::png(&drawing, SIM_PEN_MM).map_err(|source| Error::Emit { path: ink.to_owned(), source })?
+    let result = stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut Terminal::new(User::Absent))
+        .map_err(|source| PlotError::Stream { name: job.name.clone(), source });
+    if disturbed {
+        match port.faults().struck() {
+            [] => eprintln!("none of the faults happened"),
+            struck => struck.iter().for_each(|fault| eprintln!("fault {fault}")),
         }
-        _ => emit::svg(&drawing, SIM_PEN_MM).into_bytes(),
-    };
-    output::write_all(&[(ink.to_owned(), picture)])?;
+    } else if result.is_err() {
+        return result;
+    }
+    let recording = port.recording();
+    ink::write(&recording, &job.name, page, &placement, path)?;
     eprintln!("{}", simulated(&job.name, conversation.protocol.progress().total, &recording));
-    eprintln!("what it drew is in {}", ink.display());
-    Ok(())
+    eprintln!("what it drew is in {}", path.display());
+    result
 }
 
 /// Plots on a real plotter.
@@ -411,6 +408,20 @@ mod tests {
     }
 
     #[test]
+    fn a_simulated_grbl_draws_too_and_what_goes_wrong_is_drawn_as_it_was() {
+        let (folder, job) = folder_with("square.gcode", SQUARE);
+        let out = folder.path().join("ink.svg");
+        let sim = ["--port", "sim:grbl,$120=900", "--sim-out", out.to_str().unwrap()];
+        let words = |fault: &[&'static str]| [&[job.as_str()], &sim[..], fault].concat();
+        plotted(&words(&[])).unwrap();
+        let whole = fs::read_to_string(&out).unwrap();
+        assert_eq!(whole.matches("<path").count(), 1, "{whole}");
+        let message = plotted(&words(&["--fault", "reset@80"])).unwrap_err().to_string();
+        assert!(message.contains("restarted"), "{message}");
+        assert_ne!(fs::read_to_string(&out).unwrap(), whole);
+    }
+
+    #[test]
     fn a_model_is_drawn_and_plotted() {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("ink.svg");
@@ -442,10 +453,13 @@ mod tests {
         let table: &[(&[&str], &str)] = &[
             (&[&gcode, "--port", "/dev/nowhere"], "cannot open the port /dev/nowhere"),
             (&[&gcode, "--port", "/dev/nowhere", "--sim-out", "a.svg"], "--sim-out is for the simulated plotter"),
+            (&[&gcode, "--port", "/dev/nowhere", "--fault", "lost"], "--fault is for the simulated plotter"),
+            (&[&gcode, "--port", "sim", "--fault", "reset,lots"], "there is no fault `lots`"),
+            (&[&gcode, "--port", "sim:lots"], "no simulated plotter `lots`"),
             (&[&gcode, "--port", "sim", "--sim-out", "a.gcode"], "ends in .svg or .png"),
             (&[&gcode, "--port", "sim", "--sim-out", "nowhere/a.svg"], "there is no such folder"),
             (&[&gcode, "--port", "sim", "--device", "hp7475a"], "plot with --device penvis"),
-            (&[hpgl, "--port", "sim"], "plot with --device penvis"),
+            (&[hpgl, "--port", "sim"], "not in the language of `penvis`, grbl"),
             (&[hpgl, "--port", "sim", "--device", "penvis"], "not in the language of `penvis`, grbl"),
             (&[&gcode, "--port", "sim", "--device", "nobody"], "there is no device `nobody`"),
             (&["a.svg", "--port", "sim"], "a.svg is no job"),
@@ -470,8 +484,10 @@ mod tests {
 
     #[test]
     fn the_device_follows_the_port_and_the_file() {
-        assert_eq!(default_device("sim", None), "penvis");
-        assert_eq!(default_device("/dev/ttyUSB0", Some(Format::Gcode)), "grbl-servo");
-        assert_eq!(default_device("/dev/ttyUSB0", Some(Format::Hpgl)), "hp7475a");
+        let device = |port, format| default_device(SimName::parse(port).transpose().unwrap().as_ref(), format);
+        assert_eq!(device("sim", None), "penvis");
+        assert_eq!(device("sim:grbl", None), "grbl-servo");
+        assert_eq!(device("/dev/ttyUSB0", Some(Format::Gcode)), "grbl-servo");
+        assert_eq!(device("/dev/ttyUSB0", Some(Format::Hpgl)), "hp7475a");
     }
 }

@@ -1,55 +1,125 @@
 //! penvis's own firmware as a peer.
 
-use penvis_firmware::{Machine, Settings};
+use penvis_firmware::{Hardware, Machine, Pen as Servo, Settings};
 
 use super::Recording;
-use super::peer::Peer;
+use super::peer::{Peer, Trouble};
 use super::recorder::{PenSense, Recorder};
 use crate::device::Pen;
 
 const NS_PER_US: u64 = 1000;
 
+/// Real-time characters: hold, go on, reset.
+const HOLD: u8 = b'!';
+const RESUME: u8 = b'~';
+const RESET: u8 = 0x18;
+/// Begins no word of G-code.
+const NONSENSE: u8 = b'#';
+
 /// The firmware with simulated motors, whose step pulses are recorded.
 #[derive(Debug)]
 pub(super) struct Firmware {
     machine: Machine<Recorder>,
+    settings: Settings,
     /// ns since power on.
     now: u64,
+    /// When the machine was last switched on, ns: its own time is from then on.
+    born: u64,
+    /// Bytes that machines before this one have lost.
+    lost_before: u32,
+    /// The next byte is to be read as nonsense, which has its line refused.
+    refuses: bool,
+    /// When somebody lets it go on, ns.
+    resume_at: u64,
+    hung: bool,
 }
 
 impl Firmware {
     /// Switched on just now, with its pen up at the origin.
     pub(super) fn new(settings: Settings, pen: &Pen) -> Self {
         let recorder = Recorder::new(PenSense::new(pen, &settings), &settings);
-        Self { machine: Machine::new(recorder, settings), now: 0 }
+        Self {
+            machine: Machine::new(recorder, settings.clone()),
+            settings,
+            now: 0,
+            born: 0,
+            lost_before: 0,
+            refuses: false,
+            resume_at: u64::MAX,
+            hung: false,
+        }
+    }
+
+    /// When the machine's own next event is.
+    fn machine_event(&self) -> u64 {
+        self.born.saturating_add(self.machine.next_event().saturating_mul(NS_PER_US))
     }
 }
 
 impl Peer for Firmware {
     fn receive(&mut self, byte: u8) {
-        self.machine.receive(byte);
+        if self.hung {
+            return;
+        }
+        let refused = self.refuses && byte.is_ascii_alphabetic();
+        if refused {
+            self.refuses = false;
+        }
+        self.machine.receive(if refused { NONSENSE } else { byte });
     }
 
     fn transmit(&mut self) -> Option<u8> {
-        self.machine.transmit()
+        if self.hung { None } else { self.machine.transmit() }
     }
 
     fn work(&mut self) -> bool {
-        self.machine.poll()
+        !self.hung && self.machine.poll()
     }
 
     fn next_event(&self) -> u64 {
-        self.machine.next_event().saturating_mul(NS_PER_US)
+        if self.hung { u64::MAX } else { self.machine_event().min(self.resume_at) }
     }
 
     fn advance(&mut self, now: u64) {
-        if now >= self.next_event() {
+        self.now = now;
+        if self.hung {
+            return;
+        }
+        if now >= self.machine_event() {
             self.machine.tick();
         }
-        self.now = now;
+        if now >= self.resume_at {
+            self.resume_at = u64::MAX;
+            self.machine.receive(RESUME);
+        }
+    }
+
+    fn suffer(&mut self, trouble: Trouble) {
+        match trouble {
+            Trouble::Error => self.refuses = true,
+            // It has no switches: a reset in motion locks it too.
+            Trouble::Alarm => self.machine.receive(RESET),
+            Trouble::Reset => {
+                self.lost_before = self.lost_before.saturating_add(self.machine.lost_bytes());
+                let mut recorder = self.machine.hardware().clone();
+                recorder.set_pen(Servo::Off);
+                self.machine = Machine::new(recorder, self.settings.clone());
+                self.born = self.now;
+                self.resume_at = u64::MAX;
+            }
+            Trouble::Hang => self.hung = true,
+            Trouble::PenChange { ns } => {
+                self.machine.receive(HOLD);
+                self.resume_at = self.now.saturating_add(ns);
+            }
+        }
+    }
+
+    fn is_moving(&self) -> bool {
+        !self.machine.is_still()
     }
 
     fn recording(&self) -> Recording {
-        self.machine.hardware().recording(self.now, self.machine.lost_bytes())
+        self.machine.hardware().recording(self.now, self.lost_before.saturating_add(self.machine.lost_bytes()))
     }
 }

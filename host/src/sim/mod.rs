@@ -5,13 +5,20 @@
 //! [`Peer`]: penvis's own firmware, or a controller that shares no code with it. What the *pen* did, not what was
 //! commanded, comes out as a [`Recording`].
 
+mod fault;
 mod firmware;
+mod grbl;
+mod marlin;
+mod motion;
+mod name;
 mod peer;
 mod port;
 mod recorder;
 mod recording;
 mod simplify;
 
-pub use peer::Peer;
+pub use fault::{Fault, FaultError, FaultKind, Faults, Struck, Traffic};
+pub use name::SimName;
+pub use peer::{Peer, PeerError, Trouble};
 pub use port::{SimClock, SimPort};
 pub use recording::{Recording, Trace};

@@ -11,6 +11,7 @@ use penvis_firmware::Settings;
 use serialport::{ClearBuffer, DataBits, Error, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
 
 use super::Recording;
+use super::fault::{Broken, Faults, Traffic};
 use super::firmware::Firmware;
 use super::peer::Peer;
 use crate::device::Pen;
@@ -60,6 +61,7 @@ struct Line {
     transmitter_free: u64,
     /// Bytes from the plotter with the time of their arrival in ns.
     inbox: VecDeque<(u64, u8)>,
+    faults: Faults,
 }
 
 impl Line {
@@ -69,7 +71,7 @@ impl Line {
             while self.transmitter_free <= self.now {
                 let Some(byte) = self.peer.transmit() else { break };
                 self.transmitter_free = self.now + byte_ns;
-                self.inbox.push_back((self.transmitter_free, byte));
+                self.faults.comes_from_plotter(byte, self.transmitter_free, self.peer.as_ref(), &mut self.inbox);
             }
             if !self.peer.work() {
                 break;
@@ -82,10 +84,22 @@ impl Line {
         self.settle(byte_ns);
         let event = self.peer.next_event();
         let transmitter = if self.transmitter_free > self.now { self.transmitter_free } else { u64::MAX };
-        let next = event.min(transmitter);
+        let next = event.min(transmitter).min(self.faults.next_due());
         self.now = self.now.max(next.min(until));
         self.peer.advance(self.now);
+        self.faults.strike(self.peer.as_mut(), self.now);
         next <= until
+    }
+
+    /// A byte travels to the plotter.
+    fn carry(&mut self, byte: u8, byte_ns: u64) {
+        let arrival = self.now + byte_ns;
+        while self.advance(arrival, byte_ns) {}
+        let (bytes, count) = self.faults.arrives_at_plotter(byte, self.now);
+        for byte in bytes.into_iter().take(count) {
+            self.peer.receive(byte);
+        }
+        self.faults.strike(self.peer.as_mut(), self.now);
     }
 
     /// When the oldest byte from the plotter arrives.
@@ -105,11 +119,34 @@ impl SimPort {
     #[must_use]
     pub fn with(peer: Box<dyn Peer>, baud: u32) -> Self {
         Self {
-            line: RefCell::new(Line { peer, now: 0, transmitter_free: 0, inbox: VecDeque::new() }),
+            line: RefCell::new(Line {
+                peer,
+                now: 0,
+                transmitter_free: 0,
+                inbox: VecDeque::new(),
+                faults: Faults::default(),
+            }),
             clock: SimClock::default(),
             timeout: Duration::ZERO,
             baud: baud.max(1),
         }
+    }
+
+    /// Has these faults happen from now on.
+    pub fn set_faults(&mut self, faults: Faults) {
+        self.line.get_mut().faults = faults;
+    }
+
+    /// The faults, with those that have happened.
+    #[must_use]
+    pub fn faults(&self) -> Faults {
+        self.line.borrow().faults.clone()
+    }
+
+    /// How much has gone over the line, since the faults were set if they were.
+    #[must_use]
+    pub fn traffic(&self) -> Traffic {
+        self.line.borrow().faults.traffic
     }
 
     /// The plotter's clock, by which a conversation with it goes.
@@ -140,6 +177,11 @@ impl Read for SimPort {
         }
         let byte_ns = self.byte_ns();
         let line = self.line.get_mut();
+        match line.faults.broken {
+            Broken::Pipe => return Err(io::ErrorKind::BrokenPipe.into()),
+            Broken::Nothing => return Ok(0),
+            Broken::Not | Broken::Mute | Broken::Full => {}
+        }
         let wait = u64::try_from(self.timeout.as_nanos()).unwrap_or(u64::MAX);
         let until = line.now.saturating_add(wait);
         // Whatever the plotter does until a byte arrives, it does.
@@ -167,14 +209,26 @@ impl Write for SimPort {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let byte_ns = self.byte_ns();
         let line = self.line.get_mut();
+        let mut taken = 0;
         for &byte in bytes {
-            let arrival = line.now + byte_ns;
-            while line.advance(arrival, byte_ns) {}
-            line.peer.receive(byte);
+            if line.faults.broken != Broken::Not && line.faults.broken != Broken::Mute {
+                break;
+            }
+            line.carry(byte, byte_ns);
+            taken += 1;
+        }
+        let broken = line.faults.broken;
+        if taken == 0 && broken == Broken::Full {
+            let until = line.now.saturating_add(u64::try_from(self.timeout.as_nanos()).unwrap_or(u64::MAX));
+            while line.advance(until, byte_ns) {}
         }
         line.settle(byte_ns);
         self.show_time();
-        Ok(bytes.len())
+        match broken {
+            Broken::Pipe => Err(io::ErrorKind::BrokenPipe.into()),
+            Broken::Full if taken == 0 && !bytes.is_empty() => Err(io::ErrorKind::TimedOut.into()),
+            _ => Ok(taken),
+        }
     }
 
     fn flush(&mut self) -> io::Result<()> {

@@ -54,7 +54,7 @@ impl PenSense {
 }
 
 /// The simulated motors and pen.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Recorder {
     sense: PenSense,
     /// mm a step, of x and y. The mechanics have it; a job that changes `$100` does not change it.
@@ -95,7 +95,7 @@ impl Recorder {
     pub(super) fn recording(&self, now_ns: u64, lost_bytes: u32) -> Recording {
         let mut traces = self.traces.clone();
         if self.pen_down || self.moved {
-            traces.push(Trace { pen_down: self.pen_down, points: self.trace.clone().finish() });
+            traces.push(Trace { pen: 1, pen_down: self.pen_down, points: self.trace.clone().finish() });
         }
         let duration_s = now_ns as f64 * S_PER_NS;
         Recording { traces, duration_s, steps: self.steps, position: self.position, lost_bytes }
@@ -122,7 +122,7 @@ impl Recorder {
         let trace = std::mem::replace(&mut self.trace, next);
         // A pen that is up and goes nowhere leaves nothing to tell; one that is down leaves a dot.
         if self.pen_down || self.moved {
-            self.traces.push(Trace { pen_down: self.pen_down, points: trace.finish() });
+            self.traces.push(Trace { pen: 1, pen_down: self.pen_down, points: trace.finish() });
         }
         self.pen_down = down;
         self.moved = false;
@@ -195,9 +195,9 @@ mod tests {
         let recording = r.recording(1, 0);
         let v = DVec2::new;
         let expected = [
-            Trace { pen_down: false, points: vec![v(0.0, 0.0), v(10.0, 0.0)] },
-            Trace { pen_down: true, points: vec![v(10.0, 0.0), v(10.0, 1.0), v(5.0, 1.0)] },
-            Trace { pen_down: true, points: vec![v(5.0, 1.0), v(5.0, 1.0)] },
+            Trace { pen: 1, pen_down: false, points: vec![v(0.0, 0.0), v(10.0, 0.0)] },
+            Trace { pen: 1, pen_down: true, points: vec![v(10.0, 0.0), v(10.0, 1.0), v(5.0, 1.0)] },
+            Trace { pen: 1, pen_down: true, points: vec![v(5.0, 1.0), v(5.0, 1.0)] },
         ];
         assert_eq!(recording.traces.len(), 3);
         for (trace, expected) in recording.traces.iter().zip(&expected) {

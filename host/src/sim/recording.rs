@@ -12,6 +12,8 @@ use crate::drawing::{Drawing, Page, Polyline};
 pub struct Trace {
     /// Whether it drew.
     pub pen_down: bool,
+    /// Number of the pen in the holder.
+    pub pen: u32,
     /// Where it went, in mm from the machine's start: a point where each block of the planner ends, and within a block points of its steps,
     /// left out where the path passes within half a step of them.
     /// Two or more; a dot is the same point twice.
@@ -60,7 +62,7 @@ impl Recording {
         self.traces.iter().filter(|trace| trace.pen_down).count()
     }
 
-    /// The ink as a drawing, on a page that lay in the machine as `placement` says. All of it is pen 1.
+    /// The ink as a drawing, on a page that lay in the machine as `placement` says.
     #[must_use]
     pub fn drawing(&self, name: &str, page: Page, placement: &Placement) -> Drawing {
         let polylines = self.traces.iter().filter(|trace| trace.pen_down).map(|trace| {
@@ -69,7 +71,7 @@ impl Recording {
                 kind: CurveKind::Boundary,
                 surface: 0,
                 layer: "ink".to_owned(),
-                pen: 1,
+                pen: trace.pen,
                 level: 0,
                 visible: true,
                 qi: 0,

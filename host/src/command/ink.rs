@@ -1,0 +1,55 @@
+//! What a simulated plotter drew, as a picture in a file.
+
+use std::path::{Path, PathBuf};
+
+use crate::device::{Device, Language, Placement};
+use crate::drawing::Page;
+use crate::emit::{self, Format};
+use crate::error::Error;
+use crate::options::folder;
+use crate::output;
+use crate::sim::Recording;
+
+/// Width of the pen in the picture, mm.
+const PEN_MM: f64 = 0.3;
+
+/// Why a picture cannot be where it is asked for; none when it can.
+pub(crate) fn problem(path: &Path) -> Option<&'static str> {
+    if !matches!(Format::of_path(path), Some(Format::Svg | Format::Png)) {
+        Some("give a name that ends in .svg or .png")
+    } else if !folder(path).is_dir() {
+        Some("there is no such folder; make it first")
+    } else if path.exists() && !path.is_file() {
+        Some("is there, and is not a regular file; choose another name")
+    } else {
+        None
+    }
+}
+
+/// The page of a job that tells none: all that the plotter reaches, or its first sheet.
+pub(crate) fn whole_page(device: &Device) -> Page {
+    let sheet = match device.language {
+        Language::Hpgl(_) => device.papers.first().map(|paper| paper.size_mm),
+        _ => None,
+    };
+    let [width_mm, height_mm] = sheet.or(device.travel_mm).unwrap_or_default();
+    Page { width_mm, height_mm }
+}
+
+/// Writes the ink that is on a page.
+pub(crate) fn write(
+    recording: &Recording,
+    name: &str,
+    page: Page,
+    place: &Placement,
+    path: &Path,
+) -> Result<(), Error> {
+    let drawing = recording.drawing(name, page, place);
+    let picture = match Format::of_path(path) {
+        Some(Format::Png) => {
+            emit::png(&drawing, PEN_MM).map_err(|source| Error::Emit { path: path.to_owned(), source })?
+        }
+        _ => emit::svg(&drawing, PEN_MM).into_bytes(),
+    };
+    output::write_all(&[(PathBuf::from(path), picture)])
+}
