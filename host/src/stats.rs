@@ -10,12 +10,10 @@ use serde::Serialize;
 use crate::device::{Device, Language, Pen};
 use crate::drawing::Drawing;
 use crate::emit;
+use crate::trace::hpgl;
 
 /// Grid in mm on which strokes are counted: that of G-code, so that strokes which meet there are one.
 const GRID_MM: f64 = 0.001;
-
-/// Time in s that an HPGL plotter takes to raise or lower its pen; their manuals say about a tenth.
-const HPGL_LIFT_S: f64 = 0.1;
 
 /// Counts and times of one run, as `--stats` writes them.
 #[derive(Clone, Debug, Serialize)]
@@ -386,7 +384,7 @@ fn distance(a: [i64; 2], b: [i64; 2]) -> f64 {
 /// Time in s to lower and raise the pen.
 fn lift_seconds(device: &Device) -> f64 {
     match &device.language {
-        Language::Hpgl(_) => 2.0 * HPGL_LIFT_S,
+        Language::Hpgl(_) => 2.0 * hpgl::LIFT_S,
         Language::Grbl(gcode) | Language::Marlin(gcode) => match gcode.pen {
             Pen::Servo { raise_s, lower_s, .. } => raise_s + lower_s,
             Pen::Z { up_mm, down_mm, feed, soft_mm, soft_feed } => {

@@ -1,10 +1,11 @@
 //! What a job does, piece by piece, before a byte of it is sent: where the pen is after each piece, whether it draws, and for
 //! how long.
 //!
-//! Pieces are what [`crate::protocol`] counts: the lines of a G-code job. What cannot be followed is unknown from there on,
+//! Pieces are what [`crate::protocol`] counts: the lines of a G-code job, the instructions of one in HPGL. What cannot be followed is unknown from there on,
 //! until the job says it anew; it is never guessed.
 
 pub mod gcode;
+pub mod hpgl;
 mod timing;
 
 use glam::DVec2;
