@@ -13,7 +13,7 @@
 //! | [`device`] | plotters as data |
 //! | [`trace`] | what a job does, piece by piece |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
-//! | [`journal`] | what is drawn of an unfinished plot, on the disk |
+//! | [`journal`], [`resume`] | what is drawn of an unfinished plot, on the disk, and what is left of it |
 pub mod args;
 pub mod builtin;
 pub mod cli;
@@ -34,6 +34,7 @@ pub mod page;
 pub mod progress;
 pub mod protocol;
 pub mod render;
+pub mod resume;
 pub mod settle;
 pub mod sim;
 pub mod stats;

@@ -1,0 +1,36 @@
+//! Goes on with a job that was broken off: what is left of it, begun in the state in which it stopped.
+//!
+//! Three questions are answered, each in a module of its own: *what* is to be sent ([`gcode`]), *where* the pen is now
+//! ([`locate`]), and whether that is a place on the way of the job ([`way`]).
+//!
+//! The rule is that nothing is left out. Where it is not known exactly how the machine stood after the last piece that was
+//! executed, the job goes on from the last piece of which it is known; what lies between is drawn twice.
+
+pub mod gcode;
+pub mod locate;
+pub mod way;
+
+/// What is left of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rest {
+    /// What is to be sent, as a job of its own.
+    pub job: Vec<u8>,
+    /// Pieces at the beginning of `job` that bring the machine into the state in which the rest begins.
+    pub added: usize,
+    /// Pieces of the whole job that are left out before.
+    pub skipped: usize,
+}
+
+impl Rest {
+    /// The whole job.
+    #[must_use]
+    pub fn whole(job: &[u8]) -> Self {
+        Self { job: job.to_vec(), added: 0, skipped: 0 }
+    }
+
+    /// From pieces of what is sent to pieces of the whole job.
+    #[must_use]
+    pub fn of_whole(&self, pieces: usize) -> usize {
+        self.skipped + pieces.saturating_sub(self.added)
+    }
+}
