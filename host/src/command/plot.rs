@@ -1,26 +1,31 @@
 //! `penvis plot`: streams a job to a plotter, or to the simulated one.
 
+mod port;
+mod resume;
+
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serialport::FlowControl;
 use thiserror::Error as ThisError;
 
 use super::ink;
 use crate::args::DrawingArgs;
 use crate::compute::{Computed, compute, duration_text, load, summary};
-use crate::device::{self, Device, Flow, Language, PlaceError};
+use crate::device::{self, Device, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
+use crate::journal::JournalError;
 use crate::options::DrawingOptions;
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError};
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
-use crate::stream::{self, Clock, StreamError, Terminal, User, WallClock};
+use crate::stream::{self, StreamError, Terminal, User};
+
+pub use resume::ResumeError;
 
 /// Device for HPGL files, when none is asked for.
 const HPGL_DEVICE: &str = "hp7475a";
@@ -29,7 +34,7 @@ const HPGL_DEVICE: &str = "hp7475a";
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
     /// Built-in models (`penvis info --list`), model files or scenes, several as one; or one file for a plotter: .gcode, .nc, .hpgl, .plt
-    #[arg(required = true, value_name = "MODEL|FILE")]
+    #[arg(required_unless_present = "resume", value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl` for one with GRBL; options
     /// of it follow after commas, such as `sim:grbl,$32=1`
@@ -53,6 +58,18 @@ pub struct PlotArgs {
     /// With --fault: decides where faults happen that say no N, and how
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     pub seed: u64,
+    /// Go on with a plot that was broken off, from its journal: that of the job named, or the one in the current folder
+    #[arg(long, conflicts_with_all = ["DrawingArgs", "device", "sim_out", "fault"])]
+    pub resume: bool,
+    /// With --resume: draw so much of a stroke that was broken off again
+    #[arg(long, value_name = "MM", requires = "resume", default_value_t = 0.0)]
+    pub overlap: f64,
+    /// With --resume: the pen is at the zero of the drawing, where the plotter was switched on or brought by hand
+    #[arg(long, requires = "resume")]
+    pub at_zero: bool,
+    /// Discard the journal of a plot of this name that was broken off, and begin anew
+    #[arg(long, conflicts_with = "resume")]
+    pub restart: bool,
     /// What is drawn of a model, and on which paper
     #[command(flatten)]
     pub drawing: DrawingArgs,
@@ -154,6 +171,12 @@ pub enum PlotError {
         /// Why.
         source: StreamError,
     },
+    /// The journal cannot be kept or read.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// A plot that was broken off cannot go on.
+    #[error(transparent)]
+    Resume(#[from] ResumeError),
 }
 
 /// What is plotted.
@@ -180,13 +203,21 @@ enum Destination<'a> {
 /// # Errors
 /// [`PlotError`]: what is wrong with the command line or the job, or what went wrong on the way. No file is left behind then.
 pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
+    if args.resume {
+        return resume::run(args);
+    }
     let file = file(&args.jobs)?;
     let format = file.and_then(Format::of_path);
     let sim = SimName::parse(&args.port).transpose()?;
-    let device = args.device.as_deref().unwrap_or(default_device(sim.as_ref(), format));
-    let device = device::find(device).map_err(Error::from)?;
+    let profile = args.device.as_deref().unwrap_or(default_device(sim.as_ref(), format));
+    let device = device::find(profile).map_err(Error::from)?;
     let baud = args.baud.unwrap_or(device.baud);
     let destination = destination(args, sim.as_ref(), &device, baud)?;
+    let journal = port::journal_path(&args.jobs, file);
+    // Said before the drawing is computed rather than after it.
+    if let (Destination::Port(_), false, true) = (&destination, args.restart, journal.exists()) {
+        return Err(JournalError::Unfinished { path: journal }.into());
+    }
     let job = match file {
         Some(path) => read(path, &device)?,
         None => draw(args, &device)?,
@@ -200,7 +231,11 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
             let faults = Faults::new(&faults, args.seed, expected);
             simulate(&job, conversation, &device, *port, faults, &ink)
         }
-        Destination::Port(port) => Ok(plot(&job, conversation, &device, baud, port)?),
+        Destination::Port(path) => {
+            let profile = device::resolved_toml(profile).map_err(Error::from)?;
+            let line = port::Line { path, baud, device: &device };
+            port::plot(&job, conversation, &line, profile, &journal, args.restart)
+        }
     }
 }
 
@@ -254,11 +289,16 @@ fn destination<'a>(
 
 /// Where the picture goes when nothing is said: into the current folder, under the names of the jobs.
 fn ink_name(jobs: &[String]) -> PathBuf {
+    PathBuf::from(format!("{}-ink.svg", stems(jobs)))
+}
+
+/// The names of the jobs without folders and extensions, as one.
+fn stems(jobs: &[String]) -> String {
     let stem = |job: &String| {
         let path = Path::new(job);
         path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
     };
-    PathBuf::from(format!("{}-ink.svg", jobs.iter().map(stem).collect::<Vec<_>>().join("-")))
+    jobs.iter().map(stem).collect::<Vec<_>>().join("-")
 }
 
 /// Draws models in the language of the device.
@@ -331,29 +371,6 @@ fn simulate(
     eprintln!("{}", simulated(&job.name, conversation.protocol.progress().total, &recording));
     eprintln!("what it drew is in {}", path.display());
     result
-}
-
-/// Plots on a real plotter.
-fn plot(job: &Job, mut conversation: Conversation, device: &Device, baud: u32, path: &str) -> Result<(), PlotError> {
-    if let (Some(line), false) = (conversation.first_pause, Terminal::has_user()) {
-        return Err(PlotError::Pause { name: job.name.clone(), line });
-    }
-    let flow = match device.flow {
-        Flow::None => FlowControl::None,
-        Flow::XonXoff => FlowControl::Software,
-        Flow::RtsCts => FlowControl::Hardware,
-    };
-    let mut port = serialport::new(path, baud)
-        .flow_control(flow)
-        .open()
-        .map_err(|source| PlotError::Open { port: path.to_owned(), source })?;
-    let clock = WallClock::start();
-    stream::run(port.as_mut(), conversation.protocol.as_mut(), &clock, &mut Terminal::new(User::Present))
-        .map_err(|source| PlotError::Stream { name: job.name.clone(), source })?;
-    let pieces = conversation.protocol.progress().total;
-    let unit = conversation.protocol.place().unit;
-    eprintln!("{}: {pieces} {unit}s plotted in {}", job.name, duration_text(clock.now()));
-    Ok(())
 }
 
 /// The line that says what the simulated plotter did.

@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use super::JournalError;
+use super::Reached;
 use super::format::{self, Contents, Head, RECORD, Record};
 use crate::options::folder;
 
@@ -119,13 +120,15 @@ impl Journal {
         self.last.map_or(executed > 0, |(last, when)| executed > last.executed && when.elapsed() >= INTERVAL)
     }
 
-    /// Notes how far the job is: `executed` pieces, after which the pen `pen` is at `position`. What was noted once is not
-    /// taken back: fewer pieces than before are left aside.
+    /// Notes how far the job is, and that the plotter has acknowledged `ahead` pieces more than are executed. What was noted once
+    /// is not taken back: no more pieces than before are left aside.
     ///
     /// # Errors
     /// [`JournalError::Write`]: the disk is full or gone. What was noted before is still good, and a later note may succeed.
-    pub fn note(&mut self, executed: u64, pen: u32, position: Option<[f64; 3]>) -> Result<(), JournalError> {
-        let record = Record { executed, pen, position, time_ms: now_ms() };
+    pub fn note(&mut self, reached: Reached, ahead: u64) -> Result<(), JournalError> {
+        let Reached { executed, pen, position } = reached;
+        let ahead = u32::try_from(ahead).unwrap_or(u32::MAX);
+        let record = Record { executed, ahead, pen, position, time_ms: now_ms() };
         let synced = self.disk.synced.load(Ordering::Acquire);
         let fault = |source| JournalError::Write { path: self.path.clone(), source };
         if self.last.is_some_and(|(last, _)| executed <= last.executed) || self.records == u32::MAX {
@@ -225,6 +228,10 @@ mod tests {
         Head { name: "job".into(), profile: String::new(), baud: 9600, pieces: 50, begun_ms: now_ms() }
     }
 
+    fn at(executed: u64, pen: u32, position: Option<[f64; 3]>) -> Reached {
+        Reached { executed, pen, position }
+    }
+
     fn begun() -> (tempfile::TempDir, PathBuf, Journal) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("job.journal");
@@ -237,14 +244,14 @@ mod tests {
         let (folder, path, mut journal) = begun();
         assert_eq!(read(&path).unwrap().last, None);
         assert!(!journal.is_due(0) && journal.is_due(1));
-        journal.note(3, 1, Some([1.0, 2.0, 0.0])).unwrap();
+        journal.note(at(3, 1, Some([1.0, 2.0, 0.0])), 0).unwrap();
         assert!(!journal.is_due(4), "too soon");
-        journal.note(7, 2, None).unwrap();
+        journal.note(at(7, 2, None), 9).unwrap();
         // A job that is begun again further back takes nothing back.
-        journal.note(5, 1, None).unwrap();
+        journal.note(at(5, 1, None), 0).unwrap();
         let contents = read(&path).unwrap();
         assert_eq!((&contents.job[..], contents.records), (&b"IN;"[..], 2));
-        assert!(matches!(contents.last, Some(Record { executed: 7, pen: 2, position: None, .. })));
+        assert!(matches!(contents.last, Some(Record { executed: 7, ahead: 9, pen: 2, position: None, .. })));
         journal.remove().unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
@@ -252,13 +259,13 @@ mod tests {
     #[test]
     fn a_torn_tail_is_written_over() {
         let (_folder, path, mut journal) = begun();
-        journal.note(3, 1, None).unwrap();
+        journal.note(at(3, 1, None), 0).unwrap();
         journal.close().unwrap();
         let mut bytes = fs::read(&path).unwrap();
         bytes.extend_from_slice(&[0xff; 100]);
         fs::write(&path, bytes).unwrap();
         let mut journal = Journal::reopen(&path, &read(&path).unwrap()).unwrap();
-        journal.note(4, 1, None).unwrap();
+        journal.note(at(4, 1, None), 0).unwrap();
         journal.close().unwrap();
         let contents = read(&path).unwrap();
         assert_eq!((contents.records, contents.last.unwrap().executed), (2, 4));
@@ -267,7 +274,7 @@ mod tests {
     #[test]
     fn an_unfinished_plot_is_not_forgotten_unless_asked() {
         let (folder, path, mut journal) = begun();
-        journal.note(3, 1, None).unwrap();
+        journal.note(at(3, 1, None), 0).unwrap();
         drop(journal);
         let refused = Journal::create(&path, &head(), b"PU;", false).unwrap_err();
         assert!(matches!(refused, JournalError::Unfinished { .. }), "{refused}");

@@ -22,7 +22,7 @@
 //!      16      8  pieces executed
 //!      24      8  time in ms since 1970
 //!      32     24  position x, y, z in mm, NaN where unknown
-//!      56      4  zero
+//!      56      4  pieces acknowledged beyond those
 //! ```
 //!
 //! What a power cut leaves of the records that were not on the disk yet is anything: cut off, zeros, the last one whole and the
@@ -64,6 +64,8 @@ pub struct Record {
     pub executed: u64,
     /// The pen in the holder.
     pub pen: u32,
+    /// Pieces beyond these that the plotter had acknowledged, and may have carried out since.
+    pub ahead: u32,
     /// Place of the pen after the last of these pieces, in mm of the job's coordinate system; none where it is unknown.
     pub position: Option<[f64; 3]>,
     /// When, in ms since 1970.
@@ -151,6 +153,7 @@ pub(super) fn record(record: &Record, index: u32, synced: u32, seed: u32) -> [u8
     for coordinate in record.position.unwrap_or([f64::NAN; 3]) {
         put(&coordinate.to_le_bytes());
     }
+    put(&record.ahead.to_le_bytes());
     let crc = checksum(seed, &bytes[CRC..]);
     bytes[..CRC].copy_from_slice(&crc.to_le_bytes());
     bytes
@@ -238,7 +241,8 @@ fn read_record(bytes: &[u8], index: u32, seed: u32) -> Option<(Record, u32)> {
     let time_ms = fields.u64()?;
     let position = [fields.f64()?, fields.f64()?, fields.f64()?];
     let position = position.iter().all(|x| x.is_finite()).then_some(position);
-    Some((Record { executed, pen, position, time_ms }, synced))
+    let ahead = fields.u32()?;
+    Some((Record { executed, ahead, pen, position, time_ms }, synced))
 }
 
 fn checksum(seed: u32, bytes: &[u8]) -> u32 {
@@ -282,7 +286,7 @@ mod tests {
 
     fn at(executed: u64) -> Record {
         let position = executed.is_multiple_of(3).then_some([executed as f64, -1.5, 0.0]);
-        Record { executed, pen: 2, position, time_ms: 7 }
+        Record { executed, ahead: 5, pen: 2, position, time_ms: 7 }
     }
 
     /// A journal with records, each with what was on the disk before it, and the length of its header.

@@ -21,20 +21,24 @@ pub struct Noting<'a> {
     journal: &'a mut Journal,
     /// From the pieces executed of what is sent to how far the job of the journal is.
     reached: &'a dyn Fn(usize) -> Reached,
-    executed: usize,
+    /// Pieces of the job of the journal.
+    total: usize,
+    progress: Progress,
     /// Whether the user was told that the journal cannot be written.
     told: bool,
 }
 
 impl<'a> Noting<'a> {
-    /// An observer that keeps `journal` and passes everything on to `observer`.
+    /// An observer that keeps `journal`, of a job of `total` pieces, and passes everything on to `observer`, in pieces of
+    /// that job.
     #[must_use]
     pub fn new(
         observer: &'a mut dyn Observer,
         journal: &'a mut Journal,
         reached: &'a dyn Fn(usize) -> Reached,
+        total: usize,
     ) -> Self {
-        Self { observer, journal, reached, executed: 0, told: false }
+        Self { observer, journal, reached, total, progress: Progress::default(), told: false }
     }
 
     /// Notes how far the job is at its end, whenever the last note was.
@@ -43,8 +47,9 @@ impl<'a> Noting<'a> {
     }
 
     fn note(&mut self) {
-        let Reached { executed, pen, position } = (self.reached)(self.executed);
-        let noted = self.journal.note(executed, pen, position);
+        let reached = (self.reached)(self.progress.executed);
+        let ahead = (self.reached)(self.progress.acknowledged).executed.saturating_sub(reached.executed);
+        let noted = self.journal.note(reached, ahead);
         // The plot goes on: half a drawing with the pen at rest is no better for whoever waits for it.
         self.tell(noted);
     }
@@ -63,8 +68,13 @@ impl<'a> Noting<'a> {
 
 impl Observer for Noting<'_> {
     fn progress(&mut self, progress: Progress) {
-        self.executed = progress.executed;
-        self.observer.progress(progress);
+        self.progress = progress;
+        let whole = |pieces| usize::try_from((self.reached)(pieces).executed).unwrap_or(usize::MAX);
+        self.observer.progress(Progress {
+            acknowledged: whole(progress.acknowledged),
+            executed: whole(progress.executed),
+            total: self.total,
+        });
     }
 
     fn message(&mut self, text: &str) {
@@ -76,7 +86,8 @@ impl Observer for Noting<'_> {
     }
 
     fn control(&mut self) -> Option<Control> {
-        if self.executed > 0 && self.journal.is_due((self.reached)(self.executed).executed) {
+        let executed = self.progress.executed;
+        if executed > 0 && self.journal.is_due((self.reached)(executed).executed) {
             self.note();
         }
         self.observer.control()
@@ -126,7 +137,7 @@ mod tests {
         let mut journal = Journal::create(&path, &head, b"G21", false).unwrap();
         let reached = |count: usize| Reached { executed: count as u64 + 10, pen: 3, position: None };
         let mut listener = Listener::default();
-        let mut noting = Noting::new(&mut listener, &mut journal, &reached);
+        let mut noting = Noting::new(&mut listener, &mut journal, &reached, 100);
         noting.progress(Progress { acknowledged: 9, executed: 0, total: 90 });
         noting.control();
         assert_eq!(read(&path).unwrap().last, None);

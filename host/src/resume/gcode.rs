@@ -144,7 +144,7 @@ impl Known<'_> {
         }
         lines.extend(self.gcode.pen_up());
         if start.pen != 1 || pen != start.pen {
-            lines.extend(self.gcode.pen_change.iter().map(|line| line.replace("{pen}", &start.pen.to_string())));
+            lines.extend(self.gcode.pen_change.iter().map(|line| device.fill(line, start.pen)));
         }
         let shift = DVec3::from_array(state.shift.map(Option::unwrap_or_default));
         let to = start.place + shift;

@@ -9,6 +9,9 @@
 pub mod gcode;
 pub mod locate;
 pub mod way;
+mod whole;
+
+pub use whole::Whole;
 
 /// What is left of a job.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,15 +4,16 @@ use glam::DVec2;
 
 use crate::trace::Step;
 
-/// The distance in mm of a place from the way that a job goes from the end of piece `executed` (from 1; 0 is the beginning) on;
-/// infinite where nothing of it is known. Arcs are taken for their chords, so that a place on one is as far as its rise. Cost:
-/// linear.
+/// The distance in mm of a place from the way that a job goes from the end of piece `executed` (from 1; 0 is the beginning) on,
+/// for as many pieces as `ahead` tells; infinite where nothing of it is known. Arcs are taken for their chords, so that a place
+/// on one is as far as its rise. Cost: linear.
 #[must_use]
-pub fn distance(steps: &[Step], executed: usize, place: DVec2) -> f64 {
+pub fn distance(steps: &[Step], executed: usize, ahead: usize, place: DVec2) -> f64 {
     let from = executed.saturating_sub(1);
+    let to = executed.saturating_add(ahead).min(steps.len());
     let mut before: Option<DVec2> = None;
     let mut nearest = f64::INFINITY;
-    for step in steps.get(from..).unwrap_or_default() {
+    for step in steps.get(from..to).unwrap_or_default() {
         let end = step.end.xy();
         if let Some(end) = end {
             nearest = nearest.min(to_segment(place, before.unwrap_or(end), end));
@@ -48,9 +49,10 @@ mod tests {
             (6, [15.0, 5.0], 5.0),
         ];
         for (executed, place, expected) in table {
-            assert_eq!(distance(&steps, executed, place.into()), expected, "{executed} {place:?}");
+            assert_eq!(distance(&steps, executed, 9, place.into()), expected, "{executed} {place:?}");
         }
-        assert_eq!(distance(&steps[..1], 0, DVec2::ZERO), f64::INFINITY);
-        assert_eq!(distance(&[], 7, DVec2::ZERO), f64::INFINITY);
+        assert_eq!(distance(&steps[..1], 0, 9, DVec2::ZERO), f64::INFINITY);
+        assert_eq!(distance(&[], 7, 9, DVec2::ZERO), f64::INFINITY);
+        assert_eq!(distance(&steps, 2, 1, DVec2::new(10.0, 5.0)), 5.0);
     }
 }

@@ -51,7 +51,8 @@ impl Terminal {
         io::stdin().is_terminal()
     }
 
-    fn say(&self, text: &str) {
+    /// Says something above the bar.
+    pub fn say(&self, text: &str) {
         self.bar.suspend(|| eprintln!("{text}"));
     }
 }

@@ -102,7 +102,7 @@ fn states_are_restored() {
         assert!(left.contains(expected) || left.ends_with(expected), "{text:?} gave {left}");
     }
     let z = "G21G90\nG1Z5F900\nG0X1Y1\nG1Z-1F300\nG1X2F100\nG1X3\nG1Z5\n";
-    assert!(left(z, "grbl-z", 5, 0.0, 1).ends_with("|G0X2Y1|G1 Z0 F1000|G1Z-1F1000|F100|G1|G1X3/G1Z5"));
+    assert!(left(z, "grbl-z", 5, 0.0, 1).ends_with("|G0X2Y1|G1 Z1 F1000|G1 Z0 F300|G1Z-1F1000|F100|G1|G1X3/G1Z5"));
     assert!(left(z, "grbl-z", 3, 0.0, 1).ends_with("|G0X1Y1|G1Z5F1000|F900|G0|G1Z-1F300/G1X2F100/G1X3/G1Z5"));
 }
 

@@ -1,0 +1,154 @@
+//! Plots at a real port, with a journal beside the job.
+
+use std::path::{Path, PathBuf};
+
+use serialport::{FlowControl, SerialPort};
+
+use super::{Job, PlotError, stems};
+use crate::compute::duration_text;
+use crate::device::{Device, Flow};
+use crate::journal::{self, EXTENSION, Head, Journal, Noting};
+use crate::protocol::Conversation;
+use crate::resume::{Rest, Whole};
+use crate::stream::{self, Clock, Terminal, User, WallClock};
+
+/// What is at the other end of a port.
+pub(super) struct Line<'a> {
+    /// The port.
+    pub(super) path: &'a str,
+    /// Its speed.
+    pub(super) baud: u32,
+    /// What is connected there.
+    pub(super) device: &'a Device,
+}
+
+impl Line<'_> {
+    /// Opens the port.
+    pub(super) fn open(&self) -> Result<Box<dyn SerialPort>, PlotError> {
+        let flow = match self.device.flow {
+            Flow::None => FlowControl::None,
+            Flow::XonXoff => FlowControl::Software,
+            Flow::RtsCts => FlowControl::Hardware,
+        };
+        let opened = serialport::new(self.path, self.baud).flow_control(flow).open();
+        opened.map_err(|source| PlotError::Open { port: self.path.to_owned(), source })
+    }
+}
+
+/// Where the journal of these jobs is: beside the file for a plotter, and for models in the current folder, under their names.
+pub(super) fn journal_path(jobs: &[String], file: Option<&Path>) -> PathBuf {
+    match file {
+        Some(file) => {
+            let mut name = file.as_os_str().to_owned();
+            name.push(".");
+            name.push(EXTENSION);
+            name.into()
+        }
+        None => PathBuf::from(format!("{}.{EXTENSION}", stems(jobs))),
+    }
+}
+
+/// Plots a job from its beginning. With `restart`, the journal of an earlier plot is discarded.
+pub(super) fn plot(
+    job: &Job,
+    conversation: Conversation,
+    line: &Line<'_>,
+    profile: String,
+    path: &Path,
+    restart: bool,
+) -> Result<(), PlotError> {
+    let whole =
+        Whole::new(&job.bytes, line.device).map_err(|source| PlotError::Job { name: job.name.clone(), source })?;
+    check_user(&job.name, &conversation)?;
+    let mut port = line.open()?;
+    let head = Head {
+        name: job.name.clone(),
+        profile,
+        baud: line.baud,
+        pieces: conversation.protocol.progress().total as u64,
+        begun_ms: journal::now_ms(),
+    };
+    let journal = Journal::create(path, &head, &job.bytes, restart)?;
+    let rest = Rest { job: Vec::new(), added: 0, skipped: 0 };
+    let run = Run { name: &job.name, whole: &whole, rest: &rest, line, fresh: true };
+    run.stream(port.as_mut(), conversation, journal, &mut Terminal::new(User::Present))
+}
+
+/// Refuses a job that waits for its user when there is none.
+pub(super) fn check_user(name: &str, conversation: &Conversation) -> Result<(), PlotError> {
+    match conversation.first_pause {
+        Some(line) if !Terminal::has_user() => Err(PlotError::Pause { name: name.to_owned(), line }),
+        _ => Ok(()),
+    }
+}
+
+/// A job, or what is left of one, on its way.
+pub(super) struct Run<'a> {
+    pub(super) name: &'a str,
+    pub(super) whole: &'a Whole,
+    pub(super) rest: &'a Rest,
+    pub(super) line: &'a Line<'a>,
+    /// Whether it has a journal only since now.
+    pub(super) fresh: bool,
+}
+
+impl Run<'_> {
+    /// Sends it to its end and takes the journal away; or says how to go on.
+    pub(super) fn stream(
+        &self,
+        port: &mut dyn SerialPort,
+        mut conversation: Conversation,
+        mut journal: Journal,
+        terminal: &mut Terminal,
+    ) -> Result<(), PlotError> {
+        let clock = WallClock::start();
+        let protocol = conversation.protocol.as_mut();
+        let total = self.rest.of_whole(protocol.progress().total);
+        let reached = |pieces| self.whole.reached(self.rest.of_whole(pieces));
+        let mut noting = Noting::new(terminal, &mut journal, &reached, total);
+        let result = stream::run(port, protocol, &clock, &mut noting);
+        noting.finish();
+        let place = protocol.place();
+        let Err(source) = result else {
+            let pieces = total - self.rest.skipped;
+            let from = if self.rest.skipped > 0 {
+                format!(", from {} {} on", place.unit, self.first())
+            } else {
+                String::new()
+            };
+            eprintln!("{}: {pieces} {}s plotted in {}{from}", self.name, place.unit, duration_text(clock.now()));
+            return Ok(journal.remove()?);
+        };
+        if place.number == 0 && self.fresh {
+            // Nothing was sent that moves anything: there is nothing to go on with.
+            journal.remove()?;
+        } else {
+            let path = journal.path().display().to_string();
+            journal.close()?;
+            eprintln!("what is drawn is in {path}; go on with: penvis plot --resume {path} --port {}", self.line.path);
+        }
+        Err(PlotError::Stream { name: self.name.to_owned(), source })
+    }
+
+    /// Number of the first piece that is sent.
+    fn first(&self) -> usize {
+        self.rest.skipped + 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_journal_is_beside_the_job() {
+        let table = [
+            (&["a/b.gcode".to_owned()][..], Some("a/b.gcode"), "a/b.gcode.journal"),
+            (&["teapot".to_owned()], None, "teapot.journal"),
+            (&["a/x.json".to_owned(), "torus".to_owned()], None, "x-torus.journal"),
+        ];
+        for (jobs, file, expected) in table {
+            assert_eq!(journal_path(jobs, file.map(Path::new)), Path::new(expected));
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! A job as a whole, in whichever language, with what is known of its course.
+
+use std::time::Duration;
+
+use super::{Rest, gcode};
+use crate::device::{Device, Language};
+use crate::journal::Reached;
+use crate::protocol::{JobError, grbl};
+use crate::trace::Step;
+use crate::trace::gcode::{Followed, Machine, Modal, follow};
+use crate::trace::{Position, Trace};
+
+/// A job that can be told where it is, and from where it goes on.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    bytes: Vec<u8>,
+    device: Device,
+    course: Course,
+}
+
+#[derive(Clone, Debug)]
+enum Course {
+    Gcode {
+        job: grbl::Job,
+        followed: Followed,
+    },
+    /// Of which nothing is followed.
+    Other,
+}
+
+impl Whole {
+    /// Reads a job in the language of the device.
+    ///
+    /// # Errors
+    /// [`JobError`]: it is none.
+    pub fn new(bytes: &[u8], device: &Device) -> Result<Self, JobError> {
+        let course = match (&device.language, Machine::of(device)) {
+            (Language::Grbl(gcode) | Language::Marlin(gcode), Some(machine)) => {
+                let job = grbl::Job::new(&String::from_utf8_lossy(bytes), gcode.line_limit)?;
+                let followed = follow(&job, &machine, &Modal::default(), Position::UNKNOWN);
+                Course::Gcode { job, followed }
+            }
+            _ => Course::Other,
+        };
+        Ok(Self { bytes: bytes.to_vec(), device: device.clone(), course })
+    }
+
+    /// What each piece does; empty where that is not known.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        match &self.course {
+            Course::Gcode { followed: Followed { trace: Trace { steps }, .. }, .. } => steps,
+            Course::Other => &[],
+        }
+    }
+
+    /// The longest time that it has the plotter stand still by itself.
+    #[must_use]
+    pub fn longest_dwell(&self) -> Duration {
+        match &self.course {
+            Course::Gcode { job, .. } => job.longest_dwell(),
+            Course::Other => Duration::ZERO,
+        }
+    }
+
+    /// Whether it moves the origin (G92), so that its coordinates are not those that the machine has at rest.
+    #[must_use]
+    pub fn shifts(&self) -> bool {
+        matches!(&self.course, Course::Gcode { job, .. } if gcode::shifts(job))
+    }
+
+    /// The line with which it homes the machine before it draws; none if it does not.
+    #[must_use]
+    pub fn homing(&self) -> Option<&str> {
+        let Course::Gcode { job, .. } = &self.course else { return None };
+        let drawn = self.steps().iter().position(|step| step.ink_mm > 0.0).unwrap_or(job.lines().len());
+        job.lines().iter().take(drawn).map(|line| line.text.as_str()).find(|text| text.starts_with("$H"))
+    }
+
+    /// How far it is when `pieces` of it are executed.
+    #[must_use]
+    pub fn reached(&self, pieces: usize) -> Reached {
+        let step = pieces.checked_sub(1).and_then(|last| self.steps().get(last));
+        let position = step.and_then(|step| Some([step.end.x?, step.end.y?, step.end.z.unwrap_or_default()]));
+        Reached { executed: pieces as u64, pen: step.map_or(1, |step| step.pen), position }
+    }
+
+    /// What is left when `executed` pieces are executed; `overlap_mm` of a stroke that was broken off is drawn again. `pen` is the
+    /// pen that the plotter holds.
+    #[must_use]
+    pub fn rest(&self, executed: usize, overlap_mm: f64, pen: u32) -> Rest {
+        match (&self.course, self.device.language.gcode()) {
+            (Course::Gcode { job, followed }, Some(language)) => {
+                gcode::rest(job, followed, executed, overlap_mm, &self.device, language, pen)
+            }
+            // From the beginning: all of it is drawn again, and nothing is left out.
+            _ => Rest::whole(&self.bytes),
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! A plot whose program is killed at any moment, again and again, and goes on each time: the ink is that of a plot that nobody
+//! disturbed.
+//!
+//! The plotter is the simulated one at a pseudo terminal, where time goes faster than on the wall. It is never switched off:
+//! what it had in its buffers it draws to the end, as a real one does. `PENVIS_KILLS` sets how often it is killed.
+#![cfg(unix)]
+
+use std::env;
+use std::fs;
+use std::io::{ErrorKind, Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use glam::DVec2;
+use penvis::device::find;
+use penvis::sim::{Recording, SimPort};
+use penvis_firmware::Settings;
+use serialport::{SerialPort, TTYPort};
+
+/// Kills in all, unless the environment says otherwise.
+const KILLS: u32 = 4;
+/// Kills of one plot, at the most; then it is let go to its end.
+const KILLS_A_PLOT: u32 = 4;
+/// A plot, or what is left of one, takes no longer.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Half the diagonal of a step, and what a corner is rounded by where the pen does not stop.
+const TOLERANCE_MM: f64 = 0.05;
+/// Distance between the places at which ink is compared.
+const SPACING_MM: f64 = 0.25;
+
+/// A plotter at a pseudo terminal, served by a thread.
+struct Plotter {
+    path: String,
+    over: Arc<AtomicBool>,
+    thread: JoinHandle<Recording>,
+}
+
+impl Plotter {
+    fn switch_on() -> Self {
+        let (mut master, slave) = TTYPort::pair().unwrap();
+        let path = slave.name().unwrap();
+        let over = Arc::new(AtomicBool::new(false));
+        let ends = Arc::clone(&over);
+        let thread = thread::spawn(move || {
+            // Held until all is over: without it, the master sees the end of every user of the slave.
+            let _slave = slave;
+            let device = find("penvis").unwrap();
+            let mut sim = SimPort::new(Settings::default(), &device.language.gcode().unwrap().pen, 115_200);
+            sim.set_timeout(Duration::from_millis(20)).unwrap();
+            master.set_timeout(Duration::from_millis(1)).unwrap();
+            let mut buffer = [0; 256];
+            while !ends.load(Ordering::Relaxed) {
+                match master.read(&mut buffer) {
+                    Ok(count) => sim.write_all(&buffer[..count]).unwrap(),
+                    Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+                    Err(e) => panic!("the pseudo terminal failed: {e}"),
+                }
+                if let Ok(count) = sim.read(&mut buffer) {
+                    // Nobody reads while the program is dead; what does not fit is lost, as on a wire.
+                    let _ = master.write(&buffer[..count]);
+                }
+            }
+            sim.recording()
+        });
+        Self { path, over, thread }
+    }
+
+    fn switch_off(self) -> Recording {
+        self.over.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap()
+    }
+}
+
+/// Numbers that are the same in every run.
+struct Random(u64);
+
+impl Random {
+    /// From 0 to 1.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// A drawing: rows of waves, each a stroke, and a dot between them.
+fn job(rows: u32) -> String {
+    let mut text = String::from("G21\nG90\nG17\nG94\nM3 S0\nG4 P0.15\n");
+    let mut stroke = |points: &[DVec2]| {
+        text.push_str(&format!("G0 X{:.3} Y{:.3}\nM3 S1000\nG4 P0.2\n", points[0].x, points[0].y));
+        for (k, point) in points.iter().enumerate().skip(1) {
+            let feed = if k == 1 { " F3000" } else { "" };
+            text.push_str(&format!("G1 X{:.3} Y{:.3}{feed}\n", point.x, point.y));
+        }
+        text.push_str("M3 S0\nG4 P0.15\n");
+    };
+    for row in 0..rows {
+        let y = 5.0 + 6.0 * f64::from(row);
+        let wave = |k: u32| DVec2::new(5.0 + f64::from(k), y + 2.0 * (f64::from(k) * 0.4 + f64::from(row)).sin());
+        stroke(&(0..60).map(wave).collect::<Vec<_>>());
+        stroke(&[DVec2::new(70.0, y)]);
+    }
+    text.push_str("G0 X0 Y0\nM5\n");
+    text
+}
+
+fn penvis(folder: &Path, words: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_penvis"));
+    command.args(words).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+/// Waits for the end of a program. What it said, and whether it did what was asked of it.
+fn end(mut child: Child) -> (bool, String) {
+    let since = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        assert!(since.elapsed() < PATIENCE, "it does not come to an end");
+        thread::sleep(Duration::from_millis(10));
+    }
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    (child.wait().unwrap().success(), said)
+}
+
+/// Plots a job on a plotter of its own, kills the program after each of these times, and has it go on.
+fn plot(job: &str, kills: &[Duration], overlap: &str) -> Recording {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("job.gcode"), job).unwrap();
+    let plotter = Plotter::switch_on();
+    let begin = ["plot", "job.gcode", "--port", &plotter.path, "--device", "penvis"];
+    let go_on = ["plot", "--resume", "--overlap", overlap, "--port", &plotter.path];
+    let mut child = penvis(folder.path(), &begin);
+    let mut first = true;
+    for kill in kills {
+        thread::sleep(*kill);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let journal = folder.path().join("job.gcode.journal");
+        if !journal.exists() && fs::read_dir(folder.path()).unwrap().count() == 1 {
+            // It had not begun, or was done before the blow.
+            if !first {
+                return plotter.switch_off();
+            }
+            child = penvis(folder.path(), &begin);
+            continue;
+        }
+        first = false;
+        // A journal that was not finished is none.
+        child = if journal.exists() { penvis(folder.path(), &go_on) } else { penvis(folder.path(), &begin) };
+    }
+    let (mut done, mut said) = end(child);
+    if !done && said.contains("--at-zero") {
+        // It was killed before the pen had left the zero, and the plotter cannot tell that from being switched on.
+        (done, said) = end(penvis(folder.path(), &[&go_on[..], &["--at-zero"]].concat()));
+    }
+    assert!(done, "killed after {kills:?}: {said}");
+    assert!(!folder.path().join("job.gcode.journal").exists());
+    plotter.switch_off()
+}
+
+/// Places along the ink, and whether each is within the tolerance of the other ink.
+fn uncovered(ink: &Recording, other: &Recording) -> Option<DVec2> {
+    let segments = |recording: &Recording| -> Vec<[DVec2; 2]> {
+        let drawn = recording.traces.iter().filter(|trace| trace.pen_down);
+        drawn.flat_map(|trace| trace.points.windows(2).map(|w| [w[0], w[1]]).collect::<Vec<_>>()).collect()
+    };
+    let others = segments(other);
+    let places = segments(ink).into_iter().flat_map(|[a, b]| {
+        let count = (a.distance(b) / SPACING_MM).ceil().max(1.0) as usize;
+        (0..=count).map(move |i| a.lerp(b, i as f64 / count as f64))
+    });
+    let to_segment = |p: DVec2, [a, b]: [DVec2; 2]| {
+        let d = b - a;
+        let along = if d == DVec2::ZERO { 0.0 } else { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+        p.distance(a + d * along)
+    };
+    places.into_iter().find(|&p| others.iter().all(|&segment| to_segment(p, segment) > TOLERANCE_MM))
+}
+
+#[test]
+fn a_killed_plot_goes_on_to_the_same_ink() {
+    let kills: u32 = env::var("PENVIS_KILLS").ok().and_then(|count| count.parse().ok()).unwrap_or(KILLS);
+    let job = job(6);
+    let since = Instant::now();
+    let undisturbed = plot(&job, &[], "0");
+    let took = since.elapsed();
+    assert_eq!((undisturbed.lifts(), undisturbed.lost_bytes), (12, 0));
+    let mut random = Random(7);
+    let (mut left, mut most) = (kills, 0.0_f64);
+    while left > 0 {
+        let count = left.min(1 + (random.next() * f64::from(KILLS_A_PLOT)) as u32);
+        left -= count;
+        let times: Vec<_> = (0..count).map(|_| took.mul_f64(random.next())).collect();
+        let overlap = if random.next() < 0.5 { "0" } else { "1.5" };
+        let ink = plot(&job, &times, overlap);
+        assert_eq!(uncovered(&undisturbed, &ink), None, "left out, killed after {times:?}");
+        assert_eq!(uncovered(&ink, &undisturbed), None, "drawn too much, killed after {times:?}");
+        assert_eq!(ink.lost_bytes, 0);
+        most = most.max(ink.ink_mm() / undisturbed.ink_mm() - 1.0);
+        println!("{count} kills, {left} left: {:.1} of {:.1} mm", ink.ink_mm(), undisturbed.ink_mm());
+    }
+    println!("{kills} kills; at most {:.1} % of the ink was drawn twice", 100.0 * most);
+}
+
+#[test]
+fn a_plot_that_was_broken_off_is_not_begun_anew_by_mistake() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("job.gcode"), job(2)).unwrap();
+    let plotter = Plotter::switch_on();
+    let begin = ["plot", "job.gcode", "--port", &plotter.path, "--device", "penvis"];
+    let journal = folder.path().join("job.gcode.journal");
+    let mut child = penvis(folder.path(), &begin);
+    let since = Instant::now();
+    while !journal.exists() && since.elapsed() < PATIENCE {
+        thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let (done, said) = end(penvis(folder.path(), &begin));
+    assert!(!done && said.contains("--resume") && said.contains("--restart"), "{said}");
+    let (done, said) = end(penvis(folder.path(), &[&begin[..], &["--restart"]].concat()));
+    assert!(done && !journal.exists(), "{said}");
+    let (done, said) = end(penvis(folder.path(), &["plot", "--resume", "--port", &plotter.path]));
+    assert!(!done && said.starts_with("error: there is no journal in this folder"), "{said}");
+    assert_eq!(plotter.switch_off().lifts(), 4);
+}
