@@ -191,6 +191,43 @@ pub enum Fault {
         /// What it had not acknowledged.
         at: Place,
     },
+    /// The plotter is not where the job leads.
+    #[error(
+        "the plotter is off along {off} after lines {first} to {last}, and what they drew is wrong: a byte was lost or changed on \
+         the line{}; try a shorter or shielded cable, or a lower --baud",
+        at.as_ref().map_or(String::new(), |at| format!(", {at}"))
+    )]
+    Misplaced {
+        /// Number of the first line that may be at fault.
+        first: usize,
+        /// Number of the last.
+        last: usize,
+        /// How far, by axis, in words.
+        off: String,
+        /// The line at fault, if exactly one explains it.
+        at: Option<Place>,
+    },
+    /// The plotter is not in the state that the job has set.
+    #[error(
+        "the plotter is in the state {found} and not {wanted} {at}: a byte was lost or changed on the line; try a shorter or \
+         shielded cable, or a lower --baud"
+    )]
+    Garbled {
+        /// The last line before it was asked.
+        at: Place,
+        /// What the job has set.
+        wanted: String,
+        /// What the plotter tells.
+        found: String,
+    },
+    /// The plotter answers, and does nothing.
+    #[error("the plotter has neither moved nor taken a line for {seconds} s {at}: is it held or blocked?")]
+    Motionless {
+        /// What it had not acknowledged yet.
+        at: Place,
+        /// For how long.
+        seconds: u64,
+    },
     /// The plotter counted errors while it drew.
     #[error("the plotter took the whole job but reports {what}; the drawing may be incomplete")]
     Reported {

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use super::{Protocol, grbl, hpgl};
 use crate::device::{Device, Language, Pen};
+use crate::trace::gcode::Machine;
 
 /// A conversation that has not begun.
 pub struct Conversation {
@@ -43,6 +44,9 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
             let first_pause = pause.map(|line| line.number);
             let options = grbl::Options {
                 rx_bytes: gcode.rx_bytes,
+                line_limit: gcode.line_limit,
+                streaming: gcode.streaming,
+                machine: Machine::new(device, gcode),
                 servo: matches!(gcode.pen, Pen::Servo { .. }),
                 lift: lift(&gcode.pen),
                 baud,

@@ -6,9 +6,10 @@ use penvis_firmware::Settings;
 use serialport::{ClearBuffer, DataBits, FlowControl, Parity, StopBits};
 
 use super::*;
-use crate::device::{Language, find};
+use crate::device::{Language, Streaming, find};
 use crate::protocol::grbl::{Grbl, Job, Options};
 use crate::sim::{Recording, SimClock, SimPort};
+use crate::trace::gcode::Machine;
 
 /// What goes wrong on the line.
 #[derive(Clone, Copy, Debug)]
@@ -209,7 +210,15 @@ impl Clock for Restless {
 
 fn plot_with(gcode: &str, trouble: Trouble, goes_on: bool, stops_at: usize) -> Outcome {
     let mut port = FaultyPort::new(trouble);
-    let options = Options { rx_bytes: 128, servo: true, lift: vec!["M3S0".into()], baud: 115_200 };
+    let options = Options {
+        rx_bytes: 128,
+        line_limit: 79,
+        streaming: Streaming::CharacterCounting,
+        machine: Machine::of(&find("penvis").unwrap()).unwrap(),
+        servo: true,
+        lift: vec!["M3S0".into()],
+        baud: 115_200,
+    };
     let mut grbl = Grbl::new(Job::new(gcode, 79).unwrap(), options);
     let clock = Restless(port.sim.clock(), Default::default());
     let mut notes = Notes { progress: Vec::new(), messages: Vec::new(), pauses: Vec::new(), goes_on, stops_at };
@@ -336,7 +345,7 @@ fn a_missing_banner_is_no_hindrance() {
     let outcome = plot(&circle(10), Trouble::SwallowsTheBanner);
     outcome.result.unwrap();
     assert_eq!(outcome.recording.position, [1000, 580, 0]);
-    assert!(outcome.sent.starts_with(b"?\n$I\n"));
+    assert!(outcome.sent.starts_with(b"?#\n$I\n"));
 }
 
 #[test]

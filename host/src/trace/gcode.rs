@@ -9,7 +9,7 @@ pub use modal::{Coordinates, Distance, FeedMode, Modal, Motion, Plane, Spindle, 
 
 use super::timing::{self, Move};
 use super::{Cut, Position, Step, Trace};
-use crate::device::{Device, Dialect, Pen};
+use crate::device::{Device, Dialect, Gcode, Pen};
 use crate::protocol::grbl::{Job, Line, Turn, clean, words};
 use arc::Arc;
 
@@ -35,14 +35,19 @@ impl Machine {
     /// That of a device; none if it speaks no G-code.
     #[must_use]
     pub fn of(device: &Device) -> Option<Self> {
-        let gcode = device.language.gcode()?;
-        Some(Self {
+        device.language.gcode().map(|gcode| Self::new(device, gcode))
+    }
+
+    /// That of a device that speaks this.
+    #[must_use]
+    pub fn new(device: &Device, gcode: &Gcode) -> Self {
+        Self {
             pen: gcode.pen,
             pen_change: gcode.pen_change.clone(),
             dialect: gcode.dialect,
             travel_feed: device.travel_feed,
             acceleration: device.acceleration,
-        })
+        }
     }
 }
 

@@ -161,6 +161,20 @@ fn turn(text: &str, comment: String) -> Turn {
     if stores_offsets || has('G', 28.1) || has('G', 30.1) { Turn::Alone } else { Turn::Streamed }
 }
 
+/// A cleaned line without its pause.
+pub(super) fn without_pause(text: &str) -> String {
+    let mut rest = String::new();
+    let mut letters = text.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(at, _)| at).peekable();
+    while let Some(at) = letters.next() {
+        let word = text.get(at..letters.peek().copied().unwrap_or(text.len())).unwrap_or_default();
+        let number = word.strip_prefix('M').and_then(|number| number.parse::<f64>().ok());
+        if number != Some(0.0) {
+            rest.push_str(word);
+        }
+    }
+    rest
+}
+
 /// Seconds of a `G4`.
 fn dwell(text: &str) -> Option<f64> {
     if !words(text).any(|word| word == ('G', 4.0)) {
@@ -227,6 +241,13 @@ mod tests {
         ];
         for (gcode, expected) in table {
             assert_eq!(Job::new(gcode, 79).unwrap().lines()[0].turn, expected, "{gcode}");
+        }
+    }
+
+    #[test]
+    fn a_pause_is_taken_out_of_its_line() {
+        for (text, expected) in [("M0", ""), ("M00", ""), ("T2M0", "T2"), ("M0S5M3", "S5M3"), ("M06T1", "M06T1")] {
+            assert_eq!(without_pause(text), expected);
         }
     }
 

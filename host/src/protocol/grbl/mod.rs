@@ -1,21 +1,30 @@
 //! GRBL's line protocol.
 //!
 //! ```text
-//!  Greeting ── banner, or 2 s of silence ──> Asking ── `?` answered: Idle ──> Probing ── `$I`, `$$` ──> Streaming
-//!     Streaming ── all lines answered ──> Barrier ── `G4 P0.01` answered ──> Over (Done)
+//!  Greeting ── banner, or 2 s of silence ──> Asking ── `?` answered: Idle ──> Probing ── `$I`, `$$`, `$G` ──> Streaming
+//!     Streaming ── check at the end of the job ──> Over (Done)
 //!     any of them ── error, cancel ──> Holding ── `!`, Hold:0 ──> Resetting ── 0x18, banner ──> Lifting ── ok ──> Over (Failed)
 //! ```
 //!
 //! Lines are streamed by *character counting*: the controller answers each line when it has taken it out of its receive
 //! buffer, so the lengths (with their line ends) of the lines not answered yet are what the buffer can hold at most. Their sum
 //! stays one byte below the buffer's size; nothing is ever lost and the buffer never runs dry. Only `\n` ends a line: GRBL
-//! takes `\r\n` for two lines and answers both.
+//! takes `\r\n` for two lines and answers both. *Send and response* keeps a single line on the way.
 //!
-//! The answer `ok` means that a line is planned, not that it is drawn. `G4 P0.01` waits for the motion before it, and so its
-//! answer is the end of the drawing.
+//! The answer `ok` means that a line is planned, not that it is drawn, and nothing on the line has a checksum. So the job is
+//! held against the machine where the pen has just been lowered or lifted (`plan`), and goes on only when both agree
+//! (`check`). An `ok` that was lost or came twice is made good there too: the answer to `$G` proves that all lines before it
+//! were taken.
 
+mod check;
 mod codes;
+mod control;
+mod explain;
+mod heights;
 mod job;
+mod plan;
+mod report;
+mod watch;
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -24,6 +33,14 @@ pub use job::{Job, JobError, Line, Turn};
 pub(crate) use job::{clean, words};
 
 use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
+use crate::device::Streaming;
+use crate::trace::Position;
+use crate::trace::gcode::{Machine, Modal, follow};
+use check::Checking;
+use control::Hold;
+use heights::Heights;
+use plan::{Model, Plan};
+use watch::Watch;
 
 /// Time from opening the port in which a banner may come: boards that reset have a boot loader to run through.
 const BANNER_WAIT: Duration = Duration::from_secs(2);
@@ -31,14 +48,8 @@ const BANNER_WAIT: Duration = Duration::from_secs(2);
 const ASK_INTERVAL: Duration = Duration::from_secs(1);
 /// Attempts to get a status report before anything is known about the other side.
 const ASK_MAX: u32 = 4;
-/// Time between status requests: five a second is the most that does not hold up the controller.
-const POLL_INTERVAL: Duration = Duration::from_millis(250);
 /// A controller that is asked for its status answers in milliseconds, in motion too; this is far beyond.
 const SILENCE_MAX: Duration = Duration::from_secs(10);
-/// The same for homing and the like, during which GRBL answers nothing.
-const SILENCE_MAX_AT_REST: Duration = Duration::from_secs(180);
-/// An idle controller that owes an answer for so long, beyond the longest dwell, has lost bytes.
-const IDLE_MAX: Duration = Duration::from_secs(5);
 /// Slowing down to a hold takes at most this long; then the reset goes out all the same.
 const HOLD_WAIT: Duration = Duration::from_secs(5);
 /// Time for the banner after a reset, and for the pen to be lifted after it.
@@ -52,18 +63,24 @@ const HOLD: u8 = b'!';
 const RESUME: u8 = b'~';
 const STATUS: u8 = b'?';
 const RESET: u8 = 0x18;
-/// Speed as programmed, then 10 % faster, 10 % slower, 1 % faster, 1 % slower.
-const SPEEDS: [u8; 5] = [0x90, 0x91, 0x92, 0x93, 0x94];
-/// Range of GRBL's speed override in percent.
-const SPEED_RANGE: (u16, u16) = (10, 200);
 /// `G4 P0.01`: answered when the motion before it has ended.
 const BARRIER: &str = "G4P0.01";
+/// Asks for the state of the interpreter, in its turn among the lines.
+const QUERY: &str = "$G";
+/// Ends whatever a sender before us may have left half written, and makes an error of it rather than a motion.
+const BREAK: &str = "#";
 
 /// What the conversation must know besides the job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Receive buffer of the controller in bytes, unless `$I` tells another.
     pub rx_bytes: usize,
+    /// Longest line in characters, without its end.
+    pub line_limit: usize,
+    /// How lines go to the controller.
+    pub streaming: Streaming,
+    /// The machine, to follow what the job does.
+    pub machine: Machine,
     /// Whether the pen is a servo on the spindle output, which the laser mode would move too early.
     pub servo: bool,
     /// Lines that lift the pen after a job was stopped.
@@ -77,6 +94,7 @@ pub struct Options {
 pub struct Grbl {
     job: Job,
     options: Options,
+    plan: Plan,
     phase: Phase,
     /// When the phase began.
     since: Duration,
@@ -95,23 +113,30 @@ pub struct Grbl {
     next: usize,
     /// Lines of the job that are answered.
     answered: usize,
-    /// Lines of the job that are carried out for certain: a barrier behind them was answered.
+    /// Lines of the job that are carried out for certain: a check behind them was passed.
     executed: usize,
     /// Whether the job's next line is at rest already: its barrier was answered.
     at_rest: bool,
-    pause: Option<Pause>,
-    /// A hold that the user asked for.
+    /// Index of the check of the plan that comes next.
+    part: usize,
+    /// Where the controller takes itself to be, in a part that is sent in differences.
+    model: Option<Model>,
+    checking: Option<Checking>,
+    /// What the controller tells of itself.
+    told: Told,
+    heights: Heights,
+    /// Comment of the pause (M0) at which the job waits for its user.
+    pause: Option<String>,
     hold: Option<Hold>,
+    /// Whether the job is to rest at the next end of a stroke.
+    pausing: bool,
     /// Lines of ours that are still to be sent, in order: probes, or those that lift the pen.
     errands: VecDeque<String>,
     /// Why the job is being stopped.
     fault: Option<Fault>,
-    last_heard: Duration,
-    last_poll: Duration,
-    /// Whether the user was told that somebody holds the plotter.
-    hold_told: bool,
-    /// Since when the controller has been idle in all its reports, with no answer in between.
-    idle_since: Option<Duration>,
+    /// Lines of the controller that were no answer and no report known.
+    unknown: u32,
+    watch: Watch,
 }
 
 /// Where the conversation is; see the figure at the top.
@@ -121,7 +146,6 @@ enum Phase {
     Asking { asked: u32 },
     Probing,
     Streaming,
-    Barrier,
     Holding,
     Resetting,
     Lifting,
@@ -133,6 +157,7 @@ enum Phase {
 struct Sent {
     what: What,
     bytes: usize,
+    at: Duration,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,35 +168,36 @@ enum What {
     Errand,
     /// A wait for the motion to end.
     Barrier,
+    /// `$G`.
+    Query,
+    /// Something that was taken, as a later answer proves, and whose own answer may come yet.
+    Ghost,
 }
 
-/// A pause (M0) of the job.
-#[derive(Clone, Debug)]
-struct Pause {
-    comment: String,
-    /// Whether the user was told.
-    told: bool,
-    /// Whether the line was answered.
-    answered: bool,
-}
-
-/// A hold that the user asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Hold {
-    /// The plotter slows down.
-    Slowing,
-    /// It rests, and the user was told.
-    AtRest,
-    /// It was told to go on.
-    Leaving,
+/// What the controller tells of itself before and while it draws.
+#[derive(Clone, Debug, Default)]
+struct Told {
+    /// Its state before the job; none if it does not answer `$G`, and then nothing can be verified.
+    modal: Option<Modal>,
+    /// Steps/mm of the axes ($100 to $102).
+    steps_per_mm: [Option<f64>; 3],
+    /// Millimetres in a unit of reports ($13).
+    unit_mm: f64,
+    /// `WCO`, in mm.
+    origin: Option<[f64; 3]>,
+    /// Whether it computes positions with 64 bits.
+    double: bool,
 }
 
 impl Grbl {
     /// A conversation that has not begun. The port is opened at time 0.
     #[must_use]
     pub fn new(job: Job, options: Options) -> Self {
+        let followed = follow(&job, &options.machine, &Modal::default(), Position::UNKNOWN);
         Self {
+            plan: Plan::new(&job, followed, options.line_limit, false),
             rx_limit: options.rx_bytes.saturating_sub(1),
+            heights: Heights::new(options.machine.pen),
             job,
             options,
             phase: Phase::Greeting,
@@ -186,14 +212,17 @@ impl Grbl {
             answered: 0,
             executed: 0,
             at_rest: false,
+            part: 0,
+            model: None,
+            checking: None,
+            told: Told { unit_mm: 1.0, ..Told::default() },
             pause: None,
             hold: None,
+            pausing: false,
             errands: VecDeque::new(),
             fault: None,
-            last_heard: Duration::ZERO,
-            last_poll: Duration::ZERO,
-            hold_told: false,
-            idle_since: None,
+            unknown: 0,
+            watch: Watch::default(),
         }
     }
 
@@ -207,6 +236,12 @@ impl Grbl {
     #[must_use]
     pub fn rx_limit(&self) -> usize {
         self.rx_limit
+    }
+
+    /// Lines of the controller that were neither an answer nor a report that is known: noise on the line, or another dialect.
+    #[must_use]
+    pub fn unknown_lines(&self) -> u32 {
+        self.unknown
     }
 
     fn enter(&mut self, phase: Phase, now: Duration) {
@@ -223,10 +258,10 @@ impl Grbl {
     fn stop(&mut self, fault: Fault, now: Duration) {
         self.fault = Some(fault);
         self.errands.clear();
+        self.checking = None;
         self.pause = None;
         self.realtime(HOLD);
-        self.realtime(STATUS);
-        self.last_poll = now;
+        self.ask_status(now);
         self.enter(Phase::Holding, now);
     }
 
@@ -234,79 +269,118 @@ impl Grbl {
         self.output.push(byte);
     }
 
-    fn send(&mut self, text: &str, what: What) {
+    fn ask_status(&mut self, now: Duration) {
+        self.realtime(STATUS);
+        self.watch.last_poll = now;
+    }
+
+    fn send(&mut self, text: &str, what: What, now: Duration) {
         self.output.extend_from_slice(text.as_bytes());
         self.output.push(b'\n');
         let bytes = text.len() + 1;
         self.used += bytes;
         self.used_max = self.used_max.max(self.used);
-        self.on_the_way.push_back(Sent { what, bytes });
+        self.on_the_way.push_back(Sent { what, bytes, at: now });
+    }
+
+    /// Whether a line of this many characters may go out now.
+    fn has_room(&self, length: usize) -> bool {
+        match self.options.streaming {
+            Streaming::CharacterCounting => self.used + length < self.rx_limit,
+            Streaming::SendResponse => self.on_the_way.is_empty(),
+        }
+    }
+
+    fn forget_on_the_way(&mut self) {
+        self.on_the_way.clear();
+        self.used = 0;
     }
 
     /// Takes one line of the controller.
     fn line(&mut self, line: &str, now: Duration) {
         let after = |prefix: &str| line.strip_prefix(prefix);
+        if let Some(at) = hidden_fault(line) {
+            self.unknown = self.unknown.saturating_add(1);
+            return self.line(line.get(at..).unwrap_or_default(), now);
+        }
         if line == "ok" {
             self.answer(None, now);
         } else if let Some(code) = after("error:") {
             self.answer(Some(code.trim()), now);
         } else if let Some(code) = after("ALARM:") {
             self.alarm(code.trim());
-        } else if let Some(status) = after("<") {
-            self.status(status.trim_end_matches('>'), now);
+        } else if line.starts_with('<') {
+            match report::status(line) {
+                Some(status) => self.status(&status, now),
+                None => self.unknown += 1,
+            }
+        } else if line.starts_with("[GC:") {
+            match report::modal(line) {
+                Some(modal) => self.modal(modal, now),
+                None => self.unknown += 1,
+            }
         } else if let Some(rest) = after("[OPT:") {
             self.build_options(rest.trim_end_matches(']'));
+        } else if let Some(version) = after("[VER:") {
+            // Our own firmware; every other one computes with floats of 32 bits.
+            self.told.double |= version.contains("penvis");
         } else if let Some(message) = after("[MSG:") {
             self.events.push_back(Event::Message(message.trim_end_matches(']').to_owned()));
-        } else if let Some(value) = after("$32=") {
-            let laser = value.trim().parse::<f64>().is_ok_and(|mode| mode == 1.0);
-            if laser && self.options.servo && self.phase == Phase::Probing {
-                self.fail(Fault::LaserMode);
-            }
+        } else if let Some((number, value)) = after("$").and_then(|rest| rest.split_once('=')) {
+            self.setting(number, value);
         } else if line.starts_with("Grbl ") || line.contains("'$' for help") {
             self.banner(now);
+        } else if !(line.is_empty() || line.starts_with(['[', '>', '$'])) {
+            // Noise, or the words of another dialect. Start-up lines print `>…:ok`; they are no answer to a line of ours either.
+            self.unknown = self.unknown.saturating_add(1);
         }
-        // Start-up lines print `>…:ok`; like all else they are no answer to a line of ours.
+    }
+
+    fn setting(&mut self, number: &str, value: &str) {
+        // Descriptions may follow.
+        let value = value.split_whitespace().next().and_then(|value| value.parse::<f64>().ok());
+        let (Phase::Probing, Ok(number), Some(value)) = (self.phase, number.parse::<u32>(), value) else { return };
+        match number {
+            13 if value == 1.0 => self.told.unit_mm = 25.4,
+            32 if value == 1.0 && self.options.servo => self.fail(Fault::LaserMode),
+            100..=102 if value > 0.0 => {
+                if let Some(slot) = self.told.steps_per_mm.get_mut(number as usize - 100) {
+                    *slot = Some(value);
+                }
+            }
+            _ => {}
+        }
     }
 
     /// The oldest line on the way is answered.
     fn answer(&mut self, error: Option<&str>, now: Duration) {
-        self.idle_since = None;
-        let Some(sent) = self.on_the_way.pop_front() else { return };
+        self.watch.answered(now);
+        let Some(sent) = self.on_the_way.pop_front() else { return self.answered_nothing(error, now) };
         self.used -= sent.bytes;
         let What::Line(index) = sent.what else {
-            // A controller may not know a probe of ours; that is no fault of the job.
             return self.errand_answered(sent.what, error, now);
         };
         let Some(code) = error else {
             self.answered = self.answered.max(index + 1);
             self.at_rest = false;
-            match &mut self.pause {
-                Some(pause) if pause.told => self.pause = None,
-                Some(pause) => pause.answered = true,
-                None => {}
-            }
-            return;
+            return self.line_taken(index, sent.at, now);
         };
-        if self.fault.is_some() {
-            return;
+        if self.fault.is_none() {
+            self.stop(refused(self.place_of(index), code), now);
         }
-        self.stop(refused(self.place_of(index), code), now);
     }
 
     fn errand_answered(&mut self, what: What, error: Option<&str>, now: Duration) {
-        match (self.phase, what, error) {
-            (Phase::Barrier, What::Barrier, Some(code)) => self.stop(refused(self.place(), code), now),
-            (Phase::Barrier, What::Barrier, None) => {
-                self.phase = Phase::Over;
-                self.executed = self.job.lines().len();
-                self.events.push_back(Event::Done);
+        match (what, error) {
+            // A controller may not know a probe of ours; that is no fault of the job.
+            (What::Errand | What::Line(_), _) => {}
+            (What::Ghost, _) => self.ghost_answered(error, now),
+            (What::Query, _) => self.query_answered(error, now),
+            (What::Barrier, Some(code)) if self.fault.is_none() && self.phase == Phase::Streaming => {
+                self.stop(refused(self.place(), code), now);
             }
-            (_, What::Barrier, _) => {
-                self.at_rest = true;
-                self.executed = self.answered;
-            }
-            _ => {}
+            (What::Barrier, Some(_)) => {}
+            (What::Barrier, None) => self.barrier_answered(now),
         }
     }
 
@@ -324,16 +398,15 @@ impl Grbl {
     }
 
     fn banner(&mut self, now: Duration) {
-        self.on_the_way.clear();
-        self.used = 0;
+        self.forget_on_the_way();
         match self.phase {
             // The boot of a board that was reset by opening the port; what was asked before is lost.
             Phase::Greeting | Phase::Asking { .. } | Phase::Probing => self.ask(1, now),
             Phase::Resetting => {
-                self.errands = self.options.lift.iter().cloned().collect();
+                self.errands = self.options.lift.iter().map(|line| self.heights.rewritten(line)).collect();
                 self.enter(Phase::Lifting, now);
             }
-            Phase::Streaming | Phase::Barrier => {
+            Phase::Streaming => {
                 let at = self.place();
                 self.fail(Fault::Restarted { at });
             }
@@ -342,72 +415,9 @@ impl Grbl {
         }
     }
 
-    /// Stops at once, unless the job waits for its user anyway.
-    fn hold(&mut self, now: Duration) {
-        if matches!(self.phase, Phase::Streaming | Phase::Barrier) && self.hold.is_none() && self.pause.is_none() {
-            self.hold = Some(Hold::Slowing);
-            self.realtime(HOLD);
-            self.realtime(STATUS);
-            self.last_poll = now;
-        }
-    }
-
-    fn resume(&mut self, now: Duration) {
-        let told = match (&self.pause, &mut self.hold) {
-            (Some(pause), _) => {
-                let (told, answered) = (pause.told, pause.answered);
-                if told && answered {
-                    self.pause = None;
-                }
-                told
-            }
-            (None, Some(hold)) => {
-                *hold = Hold::Leaving;
-                true
-            }
-            (None, None) => false,
-        };
-        if told {
-            self.realtime(RESUME);
-            // The report that is under way may still say Hold.
-            self.last_poll = now;
-            self.last_heard = now;
-        }
-    }
-
-    fn cancel(&mut self, now: Duration) {
-        match self.phase {
-            Phase::Holding | Phase::Resetting | Phase::Lifting | Phase::Over => {}
-            Phase::Greeting | Phase::Asking { .. } | Phase::Probing => {
-                let at = self.place();
-                self.fail(Fault::Cancelled { at });
-            }
-            Phase::Streaming | Phase::Barrier => {
-                let at = self.place();
-                self.stop(Fault::Cancelled { at }, now);
-            }
-        }
-    }
-
-    /// Sets GRBL's feed override: from 100 % on in steps of ten and of one.
-    fn speed(&mut self, percent: u16) {
-        if !matches!(self.phase, Phase::Streaming | Phase::Barrier) {
-            return;
-        }
-        let [base, plus_ten, minus_ten, plus_one, minus_one] = SPEEDS;
-        let off = i32::from(percent.clamp(SPEED_RANGE.0, SPEED_RANGE.1)) - 100;
-        self.realtime(base);
-        for (steps, plus, minus) in [(off / 10, plus_ten, minus_ten), (off % 10, plus_one, minus_one)] {
-            for _ in 0..steps.abs() {
-                self.realtime(if steps > 0 { plus } else { minus });
-            }
-        }
-    }
-
     fn ask(&mut self, asked: u32, now: Duration) {
         self.errands.clear();
-        self.realtime(STATUS);
-        self.last_poll = now;
+        self.ask_status(now);
         self.enter(Phase::Asking { asked }, now);
     }
 
@@ -419,71 +429,24 @@ impl Grbl {
         }
     }
 
-    fn status(&mut self, status: &str, now: Duration) {
-        let state = status.split('|').next().unwrap_or_default();
-        let (name, detail) = state.split_once(':').unwrap_or((state, ""));
-        match self.phase {
-            Phase::Asking { .. } => {
-                if name == "Idle" {
-                    // The empty line ends whatever a sender before us may have left half written.
-                    self.errands = ["", "$I", "$$"].map(str::to_owned).into();
-                    self.enter(Phase::Probing, now);
-                } else {
-                    self.fail(Fault::NotReady { state: state.to_owned(), advice: codes::advice(name) });
-                }
-            }
-            Phase::Streaming | Phase::Barrier if name == "Alarm" => self.alarm("that it did not tell"),
-            Phase::Streaming | Phase::Barrier => self.state_in_job(name, detail, now),
-            Phase::Holding if name != "Run" && (name != "Hold" || detail != "1") => self.reset(now),
-            _ => {}
+    /// Probes are answered: the job begins, with what is known now.
+    fn begin(&mut self, now: Duration) {
+        self.enter(Phase::Streaming, now);
+        self.watch.begin(now);
+        if let Some(fault) = self.too_long() {
+            return self.fail(fault);
         }
-    }
-
-    /// The state while the job goes on.
-    fn state_in_job(&mut self, name: &str, detail: &str, now: Duration) {
-        if name == "Idle" {
-            self.idle_since.get_or_insert(now);
-        } else {
-            self.idle_since = None;
-        }
-        let held = name == "Hold";
-        match self.hold {
-            Some(Hold::Slowing) if held && detail != "1" => {
-                self.hold = Some(Hold::AtRest);
-                self.events.push_back(Event::Paused);
-            }
-            Some(Hold::Leaving) if !held => {
-                self.hold = None;
-                self.events.push_back(Event::Resumed);
-            }
-            _ => {}
-        }
-        if self.hold.is_some() {
-            return;
-        }
-        match &mut self.pause {
-            Some(pause) if held && !pause.told => {
-                pause.told = true;
-                self.events.push_back(Event::Prompt(pause.comment.clone()));
-            }
-            Some(pause) if !held && pause.answered => self.pause = None,
-            Some(_) => {}
-            // Somebody has pressed a button or opened the door.
-            None if held || name == "Door" => {
-                if !self.hold_told {
-                    self.events
-                        .push_back(Event::Message(format!("{name}; the job goes on when the plotter is resumed")));
-                }
-                self.hold_told = true;
-            }
-            None => self.hold_told = false,
-        }
+        let verified = self.told.modal.is_some();
+        // Where the pen is must be told by the job, so that it is verified before anything moves.
+        let before = Modal { speed: None, spindle: None, ..self.told.modal.clone().unwrap_or_default() };
+        let followed = follow(&self.job, &self.options.machine, &before, Position::UNKNOWN);
+        self.plan = Plan::new(&self.job, followed, self.options.line_limit, verified);
+        self.stream(now);
     }
 
     fn reset(&mut self, now: Duration) {
         self.realtime(RESET);
-        self.on_the_way.clear();
-        self.used = 0;
+        self.forget_on_the_way();
         self.enter(Phase::Resetting, now);
     }
 
@@ -494,13 +457,13 @@ impl Grbl {
     }
 
     /// Sends lines of ours, each when the one before it is answered. True when none is left.
-    fn run_errands(&mut self) -> bool {
+    fn run_errands(&mut self, now: Duration) -> bool {
         if !self.on_the_way.is_empty() {
             return false;
         }
         match self.errands.pop_front() {
             Some(text) => {
-                self.send(&text, What::Errand);
+                self.send(&text, What::Errand, now);
                 false
             }
             None => true,
@@ -509,57 +472,47 @@ impl Grbl {
 
     /// Sends as many lines of the job as may be on the way.
     fn stream(&mut self, now: Duration) {
-        while let Some(line) = self.job.lines().get(self.next) {
-            if self.pause.is_some() {
+        while self.phase == Phase::Streaming && self.checking.is_none() && self.pause.is_none() && !self.is_parked() {
+            let Some(check) = self.plan.check(self.part) else { return };
+            if self.next >= check.end {
+                self.begin_check(now);
                 return;
             }
+            let Some(line) = self.job.lines().get(self.next) else { return };
+            let turn = line.turn.clone();
             let alone_before = self.on_the_way.back().is_some_and(|sent| match sent.what {
                 What::Line(index) => self.job.lines().get(index).is_some_and(|line| line.turn != Turn::Streamed),
-                What::Errand | What::Barrier => true,
+                What::Errand | What::Barrier | What::Query => true,
+                What::Ghost => false,
             });
-            let alone = line.turn != Turn::Streamed;
-            let full = self.used + line.text.len() + 1 > self.rx_limit;
-            if alone_before || full || (alone && !self.on_the_way.is_empty()) {
+            if alone_before || (turn != Turn::Streamed && !self.on_the_way.is_empty()) {
                 return;
             }
-            if line.turn == Turn::AtRest && !self.at_rest {
-                self.send(BARRIER, What::Barrier);
+            if matches!(turn, Turn::AtRest | Turn::Pause(_)) && !self.at_rest {
+                self.send(BARRIER, What::Barrier, now);
                 return;
             }
-            if let Turn::Pause(comment) = &line.turn {
-                self.pause = Some(Pause { comment: comment.clone(), told: false, answered: false });
+            if self.next == self.plan.start(self.part) {
+                let origin = self.told.origin.unwrap_or_default();
+                self.model = self.plan.model(self.part, [origin[0], origin[1]], self.told.double);
             }
-            let text = line.text.clone();
-            self.send(&text, What::Line(self.next));
+            let mut model = self.model;
+            let mut text = self.plan.text(&self.job, self.next, self.part, &mut model);
+            if self.next >= check.pen_lines {
+                text = self.heights.rewritten(&text);
+            }
+            if let Turn::Pause(comment) = turn {
+                // The pause is ours, not the controller's: a byte of `M0` that is changed on the way must not drop it.
+                self.events.push_back(Event::Prompt(comment.clone()));
+                self.pause = Some(comment);
+                return;
+            }
+            if !self.has_room(text.len()) {
+                return;
+            }
+            self.model = model;
+            self.send(&text, What::Line(self.next), now);
             self.next += 1;
-        }
-        if self.on_the_way.is_empty() && self.pause.is_none() {
-            self.send(BARRIER, What::Barrier);
-            self.enter(Phase::Barrier, now);
-        }
-    }
-
-    /// Asks for the status now and then, and fails when the controller is silent or idle for too long.
-    fn watch(&mut self, now: Duration) {
-        // A controller that waits for its user may wait for ever.
-        let waiting = self.hold.is_some() || self.pause.as_ref().is_some_and(|pause| pause.told);
-        if now.saturating_sub(self.last_poll) >= POLL_INTERVAL {
-            self.realtime(STATUS);
-            self.last_poll = now;
-        }
-        let at_rest = matches!(self.on_the_way.front(), Some(Sent { what: What::Line(index), .. })
-            if self.job.lines().get(*index).is_some_and(|line| line.turn == Turn::AtRest));
-        let allowed = if at_rest { SILENCE_MAX_AT_REST } else { SILENCE_MAX };
-        let silent = now.saturating_sub(self.last_heard);
-        if silent > allowed {
-            let at = self.place();
-            return self.fail(Fault::Silent { at, seconds: silent.as_secs() });
-        }
-        let owed = !self.on_the_way.is_empty() && !waiting && !at_rest;
-        let idle = self.idle_since.map_or(Duration::ZERO, |since| now.saturating_sub(since));
-        if owed && idle > IDLE_MAX + self.job.longest_dwell() {
-            let at = self.place();
-            self.stop(Fault::Lost { at }, now);
         }
     }
 
@@ -578,6 +531,13 @@ impl Grbl {
     }
 }
 
+/// Where an error or an alarm begins behind something else: the line end before it was lost.
+fn hidden_fault(line: &str) -> Option<usize> {
+    let whole = line.starts_with('>') || line.ends_with([']', '>']);
+    let at = line.rfind("error:").max(line.rfind("ALARM:"))?;
+    (at > 0 && !whole).then_some(at)
+}
+
 /// The controller's answer to a line of the job, or to the barrier at its end.
 fn refused(at: Place, code: &str) -> Fault {
     let meaning = code.parse().map_or("in the controller's own words", codes::error);
@@ -587,7 +547,7 @@ fn refused(at: Place, code: &str) -> Fault {
 impl Protocol for Grbl {
     fn receive(&mut self, bytes: &[u8], now: Duration) {
         if !bytes.is_empty() {
-            self.last_heard = now;
+            self.watch.last_heard = now;
         }
         for &byte in bytes {
             match byte {
@@ -616,34 +576,28 @@ impl Protocol for Grbl {
                 }
             }
             Phase::Probing => {
-                if self.run_errands() {
-                    self.enter(Phase::Streaming, now);
-                    self.last_heard = now;
-                    match self.too_long() {
-                        Some(fault) => self.fail(fault),
-                        None => self.stream(now),
-                    }
-                } else if now.saturating_sub(self.last_heard) > SILENCE_MAX {
+                if self.run_errands(now) {
+                    self.begin(now);
+                } else if now.saturating_sub(self.watch.last_heard) > SILENCE_MAX {
                     let baud = self.options.baud;
                     self.fail(Fault::NoAnswer { baud });
                 }
             }
             Phase::Streaming => {
+                self.advance_check(now);
                 self.stream(now);
                 self.watch(now);
             }
-            Phase::Barrier => self.watch(now),
             Phase::Holding => {
                 if elapsed > HOLD_WAIT {
                     self.reset(now);
-                } else if now.saturating_sub(self.last_poll) >= POLL_INTERVAL {
-                    self.realtime(STATUS);
-                    self.last_poll = now;
+                } else if self.watch.poll_is_due(now) {
+                    self.ask_status(now);
                 }
             }
             Phase::Resetting if elapsed > RESET_WAIT => self.finish_stopping(),
             Phase::Lifting => {
-                let lifted = self.run_errands();
+                let lifted = self.run_errands(now);
                 if lifted || elapsed > RESET_WAIT {
                     self.finish_stopping();
                 }
@@ -661,12 +615,7 @@ impl Protocol for Grbl {
     }
 
     fn control(&mut self, control: Control, now: Duration) {
-        match control {
-            Control::Hold => self.hold(now),
-            Control::Resume => self.resume(now),
-            Control::Stop => self.cancel(now),
-            Control::Speed(percent) => self.speed(percent),
-        }
+        self.obey(control, now);
     }
 
     fn progress(&self) -> Progress {

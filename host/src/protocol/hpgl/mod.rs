@@ -375,7 +375,7 @@ impl Protocol for Hpgl {
                 self.fail(Fault::Cancelled { at });
             }
             // What it has in its buffer it draws; it is halted at its own keys.
-            Control::Stop | Control::Hold | Control::Resume | Control::Speed(_) => {}
+            _ => {}
         }
     }
 
