@@ -43,6 +43,9 @@ pub struct Edge {
     pub partners: Vec<usize>,
     /// What it is.
     pub class: EdgeClass,
+    /// How far it was found from its partners, view-space units: an edge is no better known than that. Rounding where the
+    /// model's surfaces end in the same curves.
+    pub gap: f64,
 }
 
 impl Edge {
@@ -95,7 +98,8 @@ const PROBES: [f64; 5] = [0.08, 0.29, 0.47, 0.73, 0.94];
 impl Stitching {
     /// Finds coincident boundaries. A join that is smooth on a part of itself only is parted, provided that the part is
     /// no shorter than a sixteenth of the interval between knots. Cost: O(n log n) in the number of sides, 5 nearest-point
-    /// searches an interval of each pair whose boxes meet, and 16 for each that coincides, 1 if it joins triangles.
+    /// searches an interval of each pair whose boxes meet, and 16 for each that coincides, 1 if it joins triangles, and 16
+    /// more if it coincides loosely.
     #[must_use]
     pub fn new(view: &ViewScene, options: &StitchOptions, stop: Stop<'_>) -> Self {
         let surfaces = view.surfaces().len();
@@ -235,18 +239,24 @@ fn side_edges(
         let of_edge = sides[i]
             .edge_at(at(0.5))
             .map_or_else(Vec::new, |edge| other_sides(view, sides, i, edge, near, PROBES.map(at), options.distance));
-        let coincides = |j: &usize| {
-            let other = &sides[*j];
-            of_edge.contains(j)
-                || PROBES.iter().all(|&f| {
-                    let p = path.point(view, at(f));
-                    other.may_hold(p, options.distance) && {
-                        let (t, distance) = other.path.nearest(view, p);
-                        distance <= options.distance && other.is_kept(t)
-                    }
-                })
+        // How far a side is from this one, if they coincide.
+        let apart = |&j: &usize| {
+            if let Some(found) = of_edge.iter().find(|f| f.0 == j) {
+                return Some(*found);
+            }
+            let other = &sides[j];
+            let distance = |f: f64| {
+                let p = path.point(view, at(f));
+                let near = other.may_hold(p, options.distance);
+                let (t, distance) = if near { other.path.nearest(view, p) } else { (0.0, f64::INFINITY) };
+                (distance <= options.distance && other.is_kept(t)).then_some(distance)
+            };
+            PROBES.iter().try_fold(0.0, |most: f64, &f| Some(most.max(distance(f)?))).map(|d| (j, d))
         };
-        let partners: Vec<usize> = near.iter().copied().filter(coincides).collect();
+        let found: Vec<(usize, f64)> = near.iter().filter_map(apart).collect();
+        let gap = found.iter().map(|&(j, d)| gap(view, path, &sides[j].path, [w[0], w[1]], d, options.distance));
+        let gap = gap.fold(0.0, f64::max);
+        let partners: Vec<usize> = found.into_iter().map(|f| f.0).collect();
         let classes = match partners.as_slice() {
             [] => alloc::vec![(EdgeClass::Boundary, [w[0], w[1]])],
             [j] => {
@@ -265,8 +275,11 @@ fn side_edges(
         };
         for (class, t) in classes {
             match edges[first..].last_mut() {
-                Some(last) if last.t[1] == t[0] && last.partners == partners && last.class == class => last.t[1] = t[1],
-                _ => edges.push(Edge { side: i, t, partners: partners.clone(), class }),
+                Some(last) if last.t[1] == t[0] && last.partners == partners && last.class == class => {
+                    last.t[1] = t[1];
+                    last.gap = last.gap.max(gap);
+                }
+                _ => edges.push(Edge { side: i, t, partners: partners.clone(), class, gap }),
             }
         }
     }
@@ -282,10 +295,16 @@ fn is_triangle(view: &ViewScene, sides: &[Side], surface: usize) -> bool {
         && sides[4 * surface..4 * surface + 4].iter().any(|side| side.collapsed)
 }
 
-/// Equal parts of an interval in which a join is asked whether it is smooth.
+/// Part of the stitching distance below which it does not matter how far apart the sides of an edge are: it is far below
+/// what else is told apart.
+const LOOSE: f64 = 1e-4;
+
+/// Equal parts of an interval in which a join is asked whether it is smooth, and how far apart its sides are if not by
+/// rounding. An approximation has a few waves between two knots, which fewer places would miss.
 const PLACES: u32 = 16;
 
-/// Of the sides that belong to the same edge, those that run along side `i` at the parameters `t`, whatever their distance.
+/// Of the sides that belong to the same edge, those that run along side `i` at the parameters `t`, whatever their distance,
+/// with that.
 ///
 /// An edge may be in several parts on each of its surfaces. Of the others the nearest points stay at their ends; and where
 /// an edge comes back beside itself, round a slot, the part across is farther off by far.
@@ -297,7 +316,7 @@ fn other_sides(
     near: &[usize],
     t: [f64; 5],
     distance: f64,
-) -> Vec<usize> {
+) -> Vec<(usize, f64)> {
     let own = t.map(|t| sides[i].path.point(view, t));
     let length = |points: &[DVec3; 5]| points.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
     let along = |&j: &usize| {
@@ -308,7 +327,19 @@ fn other_sides(
     let of_edge = near.iter().filter(|&&j| sides[j].shared.iter().any(|s| s.edge == edge));
     let found: Vec<(usize, f64)> = of_edge.filter_map(along).collect();
     let nearest = found.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
-    found.into_iter().filter(|f| f.1 <= distance.max(2.0 * nearest)).map(|f| f.0).collect()
+    found.into_iter().filter(|f| f.1 <= distance.max(2.0 * nearest)).collect()
+}
+
+/// How far two sides that coincide over the interval `t` of the first are apart, given how far they were `found` to be at
+/// [`PROBES`].
+fn gap(view: &ViewScene, side: &SidePath, other: &SidePath, t: [f64; 2], found: f64, distance: f64) -> f64 {
+    if found <= LOOSE * distance {
+        return found;
+    }
+    let place = |k: u32| t[0] + (t[1] - t[0]) * (f64::from(k) + 0.5) / f64::from(PLACES);
+    let apart = |k: u32| other.nearest(view, side.point(view, place(k))).1;
+    // A search may end at another place than the nearest.
+    (0..PLACES).map(apart).fold(found, f64::max).min(found.max(distance))
 }
 
 /// Parts of the interval `t` of a side, one after the other, with the class of each. The class is asked for at the middles

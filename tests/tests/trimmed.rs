@@ -82,6 +82,18 @@ fn a_mechanical_part_from_all_round() {
     });
 }
 
+/// In the exchange file edges are approximated, so that what ends at an edge on one face reaches over what is drawn of it on
+/// the other, or falls short of it.
+#[test]
+fn a_mechanical_part_whose_edges_are_loose() {
+    let scene = scene("mech.step");
+    let model = Model::new(&scene);
+    let (middle, away) = (DVec3::new(0.0, 0.0, 24.0), 210.0);
+    directions().into_par_iter().step_by(4).for_each(|direction| {
+        agree(&scene, &model, &View::perspective(middle + away * direction, middle), (1000, 0.25));
+    });
+}
+
 #[test]
 fn a_wave_with_holes() {
     let scene = scene("trimmed_wave.json");

@@ -8,7 +8,7 @@ use crate::view::{MAX_DEGREE, curve_jet};
 pub(crate) type Control = heapless::Vec<DVec4, { MAX_DEGREE + 1 }>;
 
 /// A rational Bézier curve in view space that stands for a curve on the parameter interval `t`, within `error` on the
-/// screen (0 for isoparametric lines, which are such curves exactly).
+/// screen (0 for isoparametric lines, which are such curves exactly, unless they are edges whose sides are apart).
 #[derive(Clone, Debug)]
 pub(crate) struct Arc {
     /// Index of the curve.
@@ -51,6 +51,12 @@ impl Arc {
         (screen(self.points[0]), screen(self.points[self.points.len() - 1]))
     }
 
+    /// From the first to the last point on the screen.
+    pub(crate) fn chord(&self) -> DVec2 {
+        let (p, q) = self.ends();
+        q - p
+    }
+
     /// Curve parameter of the Bézier parameter `x`.
     pub(crate) fn param(&self, x: f64) -> f64 {
         self.t[0] + x * (self.t[1] - self.t[0])
@@ -58,7 +64,12 @@ impl Arc {
 
     /// Position at the curve parameter `t`, view space.
     pub(crate) fn at(&self, t: f64) -> DVec3 {
-        self.jet((t - self.t[0]) / (self.t[1] - self.t[0])).0
+        self.jet_at(t).0
+    }
+
+    /// Position at the curve parameter `t`, and derivative by the Bézier parameter, view space.
+    pub(crate) fn jet_at(&self, t: f64) -> (DVec3, DVec3) {
+        self.jet((t - self.t[0]) / (self.t[1] - self.t[0]))
     }
 
     /// Position and derivative at the Bézier parameter `x`, view space.
@@ -136,6 +147,12 @@ impl Strip {
             hi = hi.max(d);
         }
         lo - arc.error > self.hi || hi + arc.error < self.lo
+    }
+
+    /// How far the chord lines move apart over the length of the shorter chord. The cones of straight arcs are so narrow that
+    /// they are apart by rounding alone.
+    pub(crate) fn divergence(&self, other: &Self) -> f64 {
+        self.dir.perp_dot(other.dir).abs() * self.length.min(other.length)
     }
 
     /// Whether no tangent of one is parallel to a tangent of the other, so that the arcs cross at most once

@@ -18,7 +18,8 @@ pub struct Arcs {
 }
 
 impl Arcs {
-    /// Covers every curve with arcs: exact for isoparametric lines, within `fit` (screen units) for traced ones.
+    /// Covers every curve with arcs: exact for isoparametric lines, within `fit` (screen units) for traced ones; and within
+    /// its gap where it is an edge whose sides are apart.
     #[must_use]
     pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) -> Self {
         let mut all = Self { arcs: Vec::new(), starts: alloc::vec![0] };
@@ -178,7 +179,7 @@ fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit:
                     let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
                     let right = if x > 0.0 { split_control(&all, x).1 } else { all };
                     let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
-                    tame(Arc::new(index, [a, b], part, 0.0), fit, arcs, 0);
+                    tame(Arc::new(index, [a, b], part, curve.gap), fit, arcs, 0);
                 }
             }
         }
@@ -247,7 +248,8 @@ impl Fit<'_> {
             }
         }
         if depth >= DEEPEST || (error <= enough && tame) {
-            out.push(Arc::new(self.index, [t0, t1], arc.points, self.tolerance.max(2.0 * error)));
+            let error = self.tolerance.max(2.0 * error) + self.curve.gap;
+            out.push(Arc::new(self.index, [t0, t1], arc.points, error));
         } else {
             self.hermite(from, (m, pm, dm), out, depth + 1);
             self.hermite((m, pm, dm), to, out, depth + 1);

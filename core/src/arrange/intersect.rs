@@ -28,8 +28,9 @@ pub(crate) fn meetings(first: &Arc, second: &Arc, resolution: f64, out: &mut Vec
     if sa.excludes(second) || sb.excludes(first) {
         return;
     }
-    if !sa.cones_apart(&sb)
-        && let Some(whole) = coincidence((first, &sa), (second, &sb), resolution + first.error + second.error)
+    let limit = resolution + first.error + second.error;
+    if (!sa.cones_apart(&sb) || sa.divergence(&sb) <= limit)
+        && let Some(whole) = coincidence((first, &sa), (second, &sb), limit)
     {
         out.push(whole);
         return;
@@ -84,6 +85,10 @@ fn coincidence((a, sa): (&Arc, &Strip), (b, sb): (&Arc, &Strip), limit: f64) -> 
     })
 }
 
+/// Steps of the search for the nearest point. A few are enough but where the arc stands still, which it does at the end that
+/// runs along the sight line: there each step halves what is left.
+const MOST_STEPS: u32 = 50;
+
 /// Bézier parameter of the point of an arc nearest to `p` on the screen, and its distance: Gauss–Newton from the foot on
 /// the chord, good for arcs whose tangents stay within a right angle of their chord.
 pub(crate) fn nearest(arc: &Arc, p: DVec2) -> (f64, f64) {
@@ -91,7 +96,7 @@ pub(crate) fn nearest(arc: &Arc, p: DVec2) -> (f64, f64) {
     let chord = b - a;
     let squared = chord.length_squared();
     let mut x = if squared > 0.0 { ((p - a).dot(chord) / squared).clamp(0.0, 1.0) } else { 0.5 };
-    for _ in 0..12 {
+    for _ in 0..MOST_STEPS {
         let (q, d) = arc.jet(x);
         let slope = d.truncate().length_squared();
         if slope == 0.0 {

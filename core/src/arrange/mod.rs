@@ -43,7 +43,8 @@ pub struct Piece {
     pub curve: usize,
     /// Interval of the curve's parameter.
     pub t: [f64; 2],
-    /// The inked curve, nearer or first in order, that already draws the same line on the screen.
+    /// The inked curve, nearer or first in order, that already draws the same line on the screen: another one, or this one in
+    /// another piece.
     pub covered_by: Option<usize>,
     /// Whether it runs along something not behind it on the screen, drawn or not.
     pub coincident: bool,
@@ -271,8 +272,10 @@ impl Splitter<'_> {
             self.grid.near(arc.lo - margin, arc.hi + margin, &mut near);
             for &k in &near {
                 let other = &self.active[k as usize];
-                // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there.
-                if other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1] {
+                // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there; unless it
+                // runs along the sight line there and comes back beside itself.
+                let follows = other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1];
+                if follows && arc.chord().dot(other.chord()) >= 0.0 {
                     continue;
                 }
                 if other.z[1] < arc.z[0] - resolution {
@@ -293,8 +296,10 @@ impl Splitter<'_> {
                         Meeting::Crossing { a, b, za, zb } => {
                             // Touching counts: the curves then meet in space, and beyond the other one may turn away.
                             if zb >= za - resolution {
-                                let nearer = zb > za + contact;
-                                cuts.push((a, Cut::Crossing { with: other.curve, at: b, nearer }));
+                                let end = self.end_at(index, table, (arc, a), (other, b));
+                                let nearer = end.is_none() && zb > za + contact;
+                                let cut = Cut::Crossing { with: other.curve, at: b, nearer };
+                                cuts.push((end.unwrap_or(a), cut));
                                 stats.crossings += 1;
                             }
                         }
@@ -305,8 +310,10 @@ impl Splitter<'_> {
                             {
                                 continue;
                             }
-                            let nearer = zb > za + resolution || !curve.active || other.curve < index;
-                            let drawn = curves[other.curve].inked && nearer && other.curve != index;
+                            // Of a curve that comes back along itself, seen edge-on, the nearer part is drawn, or the first.
+                            let before = if other.curve == index { other.t[0] < arc.t[0] } else { other.curve < index };
+                            let nearer = zb > za + resolution || !curve.active || before;
+                            let drawn = curves[other.curve].inked && nearer;
                             overlaps.push(Overlap { t: [a[0].min(a[1]), a[0].max(a[1])], with: other.curve, drawn });
                         }
                     }
@@ -331,6 +338,43 @@ impl Splitter<'_> {
     }
 }
 
+/// Least sine of the angle between a curve and the edge that it ends in at which a crossing of the two is told from its end:
+/// beyond it what lies between is a strip that can be seen.
+const FLATTEST: f64 = 0.02;
+
+impl Splitter<'_> {
+    /// The end of a curve that a crossing with another one is, if the other one is an edge of its own surface in which it
+    /// ends, and it crosses that by no more than the sides of the edge are apart: of an edge whose sides are not quite the
+    /// same curve one is drawn, and what ends at another reaches over that, or falls short of it.
+    fn end_at(&self, index: usize, table: &LengthTable, (arc, a): (&Arc, f64), (other, b): (&Arc, f64)) -> Option<f64> {
+        let (curve, edge) = (&self.curves[index], &self.curves[other.curve]);
+        if edge.gap == 0.0 || !edge.surfaces.iter().any(|s| curve.surfaces.contains(s)) {
+            return None;
+        }
+        let along = |arc: &Arc, t: f64| arc.jet_at(t).1.truncate().normalize_or_zero();
+        let sine = along(arc, a).perp_dot(along(other, b)).abs();
+        let least = edge.gap + self.tolerance.resolution;
+        // The sides may be apart to either side of what is drawn.
+        let reach = 2.0 * least / sine.max(FLATTEST);
+        let l = table.length_at(a);
+        let (end, joint, gap) = if 2.0 * l <= table.total() {
+            (curve.domain[0], self.arcs.of(index).first()?.jet(0.0).0, l)
+        } else {
+            (curve.domain[1], self.arcs.of(index).last()?.jet(1.0).0, table.total() - l)
+        };
+        if gap > reach {
+            return None;
+        }
+        let apart = |arc: &Arc| {
+            let margin = DVec2::splat(2.0 * least);
+            let p = joint.truncate();
+            let near = p.cmpge(arc.lo - margin).all() && p.cmple(arc.hi + margin).all();
+            near && arc.jet(nearest(arc, p).0).0.distance(joint) <= 2.0 * least.max(self.tolerance.contact)
+        };
+        self.arcs.of(other.curve).iter().any(apart).then_some(end)
+    }
+}
+
 /// Whether an overlap is the tangency of a curve with the silhouette of its own surface. Both then touch in space at a
 /// place that is already known exactly, from parameter space, and run apart from there. Near a cusp another branch of the
 /// silhouette may run as near on the screen, but that one is nearer to the eye, or farther.
@@ -341,7 +385,8 @@ fn own_contact(
     (arcs, table): (&[Arc], &LengthTable),
     Tolerance { resolution, contact }: Tolerance,
 ) -> bool {
-    if !matches!(other.0.path, Path::Traced(_)) || !c.surfaces.contains(&other.0.surface) {
+    let traced = |c: &SurfaceCurve| matches!(c.path, Path::Traced(_));
+    if traced(c) || !traced(other.0) || !c.surfaces.contains(&other.0.surface) {
         return false;
     }
     let (l0, l1) = (table.length_at(t[0].min(t[1])), table.length_at(t[0].max(t[1])));

@@ -154,6 +154,7 @@ pub(super) fn boundary_curve(line: Line, domain: [f64; 2]) -> SurfaceCurve {
         inked: false,
         level: 0,
         sides: Vec::new(),
+        gap: 0.0,
         splits: Vec::new(),
     }
 }

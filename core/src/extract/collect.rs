@@ -117,6 +117,7 @@ pub fn curves(
             style: surface,
             level: 0,
             sides: Vec::new(),
+            gap: 0.0,
             splits: Vec::new(),
         });
     }
@@ -159,6 +160,7 @@ fn iso_curves(g: &Geometry<'_>, surface: usize, isos: u32, out: &mut Vec<Surface
                 style: surface,
                 level: 0,
                 sides: Vec::new(),
+                gap: 0.0,
                 splits,
             });
         }

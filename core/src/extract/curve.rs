@@ -59,6 +59,8 @@ pub struct SurfaceCurve {
     pub level: u32,
     /// Indices of the sides (boundary curves) that coincide with it, its own included.
     pub sides: Vec<usize>,
+    /// How far apart the sides are that it stands for, view-space units: it is no better known than that.
+    pub gap: f64,
     /// Parameters at which its visibility can change by its own surfaces: where it meets their silhouettes, and corners.
     pub splits: Vec<f64>,
 }

@@ -58,6 +58,7 @@ pub(super) fn edge_curves(
         style: options.styles.drawn_by(&surfaces, kind).unwrap_or(path.surface()),
         level: 0,
         sides: sides.clone(),
+        gap: edge.gap,
         splits: splits.iter().copied().filter(|&t| domain[0] < t && t < domain[1]).collect(),
     };
     match (edge.class, edge.partners.first()) {
@@ -123,6 +124,7 @@ pub(super) fn inner_lines(g: &Geometry<'_>, surface: usize, options: &CurveOptio
                     style: surface,
                     level: 0,
                     sides: Vec::new(),
+                    gap: 0.0,
                     splits: splits.iter().copied().filter(|&x| t[0] < x && x < t[1]).collect(),
                 });
             }

@@ -173,6 +173,7 @@ pub fn section_curves(g: &Geometry<'_>, sections: &Sections, styles: &Styles) ->
             style: styles.drawn_by(&surfaces, CurveKind::Section)?,
             level: 0,
             sides: Vec::new(),
+            gap: 0.0,
         })
     };
     sections.curves.iter().filter_map(curve).collect()

@@ -233,6 +233,7 @@ pub fn adaptive_curves(g: &Geometry<'_>, cover: &Cover) -> Vec<SurfaceCurve> {
             style: p.surface,
             level: p.level,
             sides: Vec::new(),
+            gap: 0.0,
             splits,
         }
     };
