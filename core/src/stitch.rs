@@ -520,6 +520,7 @@ mod tests {
             let view = ViewScene::new(&Scene { name: "t".into(), surfaces }, &camera).unwrap();
             let s = Stitching::new(&view, &StitchOptions { distance: 1e-6, angle: 0.02 }, Stop::NEVER);
             assert_eq!(self::classes(&s), [4, 0, 8]);
+            assert!(s.edges.iter().all(|e| (e.gap - if e.partners.is_empty() { 0.0 } else { lower }).abs() < 1e-12));
             assert!(s.edges.iter().all(|e| e.partners.len() <= 1));
         }
     }

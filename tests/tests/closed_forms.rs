@@ -131,6 +131,21 @@ fn a_torus_from_the_side_has_four_circles() {
     assert_close(lengths[1], 2.0 * TAU * minor, 1e-3, "left and right");
 }
 
+/// The circles on which it lies are seen edge-on, each a line over which it comes back along itself: two such lines and
+/// the outer halves of two circles of the tube are visible.
+#[test]
+fn a_torus_from_the_side_is_drawn_once() {
+    for direction in [DVec3::X, DVec3::NEG_Y, DVec3::new(0.6, -0.8, 0.0)] {
+        let scene = scene(vec![torus(&Frame::WORLD, 3.0, 1.0).expect("a torus")]);
+        let wanted = DrawOptions { isos: 0, ..DrawOptions::default() };
+        let prepared = Prepared::new(&scene, &parallel(direction), &wanted, &()).expect("seen");
+        let strokes = prepared.trace(1e-7, &()).expect("nothing stops it").strokes;
+        let ink: f64 =
+            strokes.iter().flat_map(|s| s.points.windows(2)).map(|w| w[0].screen.distance(w[1].screen)).sum();
+        assert_close(ink, TAU + 4.0 * 3.0, 1e-5, "ink");
+    }
+}
+
 #[test]
 fn a_cylinder_has_two_lines_and_none_along_its_axis() {
     let (radius, height) = (1.2, 3.5);

@@ -195,9 +195,10 @@ fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit:
     }
 }
 
-/// Halves an arc until it is tame.
+/// Halves an arc until it is tame. Where the curve runs along the sight line and comes back on the screen, the one arc that is
+/// left in the end is as long as the square of its part of the parameter.
 fn tame(arc: Arc, point: f64, out: &mut Vec<Arc>, depth: u32) {
-    const DEEPEST: u32 = 6;
+    const DEEPEST: u32 = 16;
     if depth >= DEEPEST || is_tame(&arc, point) {
         out.push(arc);
     } else {
