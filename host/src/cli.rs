@@ -8,6 +8,7 @@ use crate::command;
 use crate::command::devices::DevicesError;
 use crate::command::plot::PlotError;
 use crate::command::ports::PortsError;
+use crate::command::simulate::SimulateError;
 use crate::error::Error;
 
 /// Draws three-dimensional free-form models with a pen: exact surfaces in, visible strokes out.
@@ -28,6 +29,8 @@ enum Command {
     Plot(Box<command::plot::PlotArgs>),
     /// Print or write a scene file to begin with
     Scene(command::scene::SceneArgs),
+    /// Offer a simulated plotter to other programs
+    Simulate(command::simulate::SimulateArgs),
     /// List the serial ports
     Ports(command::ports::PortsArgs),
     /// List the plotters, or print the profile of one
@@ -45,6 +48,7 @@ impl Cli {
             Command::Info(args) => command::info::run(args)?,
             Command::Plot(args) => command::plot::run(args)?,
             Command::Scene(args) => command::scene::run(args)?,
+            Command::Simulate(args) => command::simulate::run(args)?,
             Command::Ports(args) => command::ports::run(args)?,
             Command::Devices(args) => command::devices::run(args)?,
         }
@@ -65,6 +69,9 @@ pub enum CliError {
     /// From `penvis plot`.
     #[error(transparent)]
     Plot(#[from] PlotError),
+    /// From `penvis simulate`.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
     /// From `penvis ports`.
     #[error(transparent)]
     Ports(#[from] PortsError),

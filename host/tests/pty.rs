@@ -1,24 +1,19 @@
 //! `penvis plot` against a plotter at a pseudo terminal: the path that a real port takes, with the simulated plotter at the other end.
-//!
-//! The command runs within the test: a child process would inherit the master's descriptor, and then nothing could be unplugged.
 #![cfg(unix)]
 
-use std::io::{ErrorKind, Read, Write};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
 use clap::Parser;
 use penvis::cli::Cli;
-use penvis::device::{Language, find};
-use penvis::sim::{Recording, SimPort};
-use penvis_firmware::Settings;
-use serialport::{SerialPort, TTYPort};
+use penvis::device::find;
+use penvis::sim::{Pace, Pty, Recording, SimName, SimPort};
 
 /// A plotter at a pseudo terminal, served by a thread.
 struct Plotter {
-    path: String,
+    path: PathBuf,
     over: Arc<AtomicBool>,
     thread: JoinHandle<Recording>,
 }
@@ -26,37 +21,15 @@ struct Plotter {
 impl Plotter {
     /// Switches it on. It is pulled out after it has received so many bytes.
     fn start(pulled_out_after: usize) -> Self {
-        let (mut master, slave) = TTYPort::pair().unwrap();
-        let path = slave.name().unwrap();
+        let mut pty = Pty::open().unwrap();
+        let path = pty.path().to_owned();
         let over = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&over);
         let thread = thread::spawn(move || {
-            // Held until the program is over: without it, the master sees the end of every user of the slave.
-            let mut slave = Some(slave);
-            let Language::Grbl(gcode) = find("penvis").unwrap().language else { panic!("not grbl") };
-            let mut sim = SimPort::new(Settings::default(), &gcode.pen, 115_200);
-            sim.set_timeout(Duration::from_millis(20)).unwrap();
-            master.set_timeout(Duration::from_millis(1)).unwrap();
-            let mut received = 0;
-            let mut buffer = [0; 256];
-            while !ends.load(Ordering::Relaxed) {
-                match master.read(&mut buffer) {
-                    Ok(count) => {
-                        received += count;
-                        sim.write_all(&buffer[..count]).unwrap();
-                    }
-                    Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
-                    Err(e) => panic!("the pseudo terminal failed: {e}"),
-                }
-                if received >= pulled_out_after {
-                    slave.take();
-                    drop(master);
-                    break;
-                }
-                if let Ok(count) = sim.read(&mut buffer) {
-                    master.write_all(&buffer[..count]).unwrap();
-                }
-            }
+            let name = SimName::parse("sim").unwrap().unwrap();
+            let mut sim = SimPort::with(name.peer(&find("penvis").unwrap()).unwrap(), 115_200);
+            let over = |received| ends.load(Ordering::Relaxed) || received >= pulled_out_after;
+            assert!(pty.serve(&mut sim, Pace::Hurry, &mut |visit| over(visit.received)).unwrap());
             sim.recording()
         });
         Self { path, over, thread }
@@ -67,7 +40,7 @@ impl Plotter {
         let folder = tempfile::tempdir().unwrap();
         let job = folder.path().join("job.gcode");
         std::fs::write(&job, gcode).unwrap();
-        let words = ["penvis", "plot", job.to_str().unwrap(), "--port", &self.path];
+        let words = ["penvis", "plot", job.to_str().unwrap(), "--port", self.path.to_str().unwrap()];
         let result = Cli::try_parse_from(words).unwrap().run().map_err(|e| e.to_string());
         self.over.store(true, Ordering::Relaxed);
         let recording = self.thread.join().unwrap();

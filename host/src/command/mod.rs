@@ -9,6 +9,7 @@ mod ink;
 pub mod plot;
 pub mod ports;
 pub mod scene;
+pub mod simulate;
 
 /// Prints to standard output. A reader that has gone (`penvis devices | head`) has what it wanted: that is no error.
 pub(crate) fn print(text: &str) -> io::Result<()> {

@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::journal::JournalError;
 use crate::options::DrawingOptions;
 use crate::progress::Progress;
-use crate::protocol::{self, Conversation, JobError};
+use crate::protocol::{self, Conversation, JobError, Protocol};
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
 use crate::stream::{self, StreamError, Terminal, User};
@@ -36,8 +36,8 @@ pub struct PlotArgs {
     /// Built-in models (`penvis info --list`), model files or scenes, several as one; or one file for a plotter: .gcode, .nc, .hpgl, .plt
     #[arg(required_unless_present = "resume", value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
-    /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl` for one with GRBL; options
-    /// of it follow after commas, such as `sim:grbl,$32=1`
+    /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl`, `sim:marlin` and
+    /// `sim:hpgl7475a` for ones like others; options of it follow after commas, such as `sim:grbl,$32=1`
     #[arg(long, value_name = "PORT")]
     pub port: String,
     /// Plotter (`penvis devices`), or the path of a profile ending in .toml [default: grbl-servo; penvis with --port sim, and others
@@ -368,15 +368,16 @@ fn simulate(
     }
     let recording = port.recording();
     ink::write(&recording, &job.name, page, &placement, path)?;
-    eprintln!("{}", simulated(&job.name, conversation.protocol.progress().total, &recording));
+    eprintln!("{}", simulated(&job.name, conversation.protocol.as_ref(), &recording));
     eprintln!("what it drew is in {}", path.display());
     result
 }
 
 /// The line that says what the simulated plotter did.
-fn simulated(name: &str, lines: usize, recording: &Recording) -> String {
+fn simulated(name: &str, protocol: &dyn Protocol, recording: &Recording) -> String {
+    let (pieces, unit) = (protocol.progress().total, protocol.place().unit);
     format!(
-        "{name}: {lines} lines, {:.0} mm of ink, {:.0} mm of travel, {} lifts, {} of plotting (simulated)",
+        "{name}: {pieces} {unit}s, {:.0} mm of ink, {:.0} mm of travel, {} lifts, {} of plotting (simulated)",
         recording.ink_mm(),
         recording.travel_mm(),
         recording.lifts(),

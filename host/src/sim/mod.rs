@@ -8,11 +8,14 @@
 mod fault;
 mod firmware;
 mod grbl;
+mod hpgl;
 mod marlin;
 mod motion;
 mod name;
 mod peer;
 mod port;
+#[cfg(unix)]
+mod pty;
 mod recorder;
 mod recording;
 mod simplify;
@@ -21,4 +24,6 @@ pub use fault::{Fault, FaultError, FaultKind, Faults, Struck, Traffic};
 pub use name::SimName;
 pub use peer::{Peer, PeerError, Trouble};
 pub use port::{SimClock, SimPort};
+#[cfg(unix)]
+pub use pty::{Pace, Pty, Visit};
 pub use recording::{Recording, Trace};

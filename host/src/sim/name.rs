@@ -4,6 +4,7 @@ use penvis_firmware::Settings;
 
 use super::firmware::Firmware;
 use super::grbl::Grbl;
+use super::hpgl::Hpgl;
 use super::marlin::Marlin;
 use super::peer::{Peer, PeerError};
 use crate::device::{Device, Language};
@@ -14,13 +15,15 @@ enum Kind {
     Firmware,
     Grbl,
     Marlin,
+    Hpgl,
 }
 
 /// Name, kind, and the device that is meant when none is asked for.
-const KINDS: [(&str, Kind, &str); 3] = [
+const KINDS: [(&str, Kind, &str); 4] = [
     ("firmware", Kind::Firmware, "penvis"),
     ("grbl", Kind::Grbl, "grbl-servo"),
     ("marlin", Kind::Marlin, "marlin-servo"),
+    ("hpgl7475a", Kind::Hpgl, "hp7475a"),
 ];
 
 /// Names of the simulated plotters.
@@ -77,6 +80,7 @@ impl SimName {
             },
             (Kind::Grbl, Language::Grbl(gcode)) => Ok(Box::new(Grbl::new(&gcode.pen, &options)?)),
             (Kind::Marlin, Language::Marlin(gcode)) => Ok(Box::new(Marlin::new(&gcode.pen, &options)?)),
+            (Kind::Hpgl, Language::Hpgl(hpgl)) => Ok(Box::new(Hpgl::new(hpgl, &device.papers, &options)?)),
             (_, language) => Err(PeerError::Language {
                 name: self.name,
                 device: device.name.clone(),
@@ -115,6 +119,7 @@ mod tests {
             ("sim:bgrl", "penvis", "no simulated plotter `bgrl`; it is one of firmware, grbl"),
             ("sim:grbl,rx=many", "penvis", "sim:grbl: `rx=many` is no option"),
             ("sim:grbl,$7=1", "penvis", "`$7=1`"),
+            ("sim:hpgl7475a,paper=a9", "hp7475a", "`paper=a9`"),
             ("sim:marlin,rx=3", "marlin-servo", "sim:marlin: `rx=3`"),
             ("sim:firmware,rx=3", "penvis", "`rx=3`"),
             ("sim:grbl", "hp7475a", "`hp7475a` speaks hpgl"),

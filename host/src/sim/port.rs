@@ -62,7 +62,13 @@ struct Line {
     /// Bytes from the plotter with the time of their arrival in ns.
     inbox: VecDeque<(u64, u8)>,
     faults: Faults,
+    flow: FlowControl,
+    /// Xoff was received.
+    xoff: bool,
 }
+
+const XON: u8 = 0x11;
+const XOFF: u8 = 0x13;
 
 impl Line {
     /// Lets the plotter do all it can.
@@ -89,6 +95,24 @@ impl Line {
         self.peer.advance(self.now);
         self.faults.strike(self.peer.as_mut(), self.now);
         next <= until
+    }
+
+    /// Whether flow control holds up what is written.
+    fn is_stopped(&mut self) -> bool {
+        match self.flow {
+            FlowControl::None => false,
+            FlowControl::Hardware => self.peer.ready_line() == Some(false),
+            FlowControl::Software => {
+                let arrived = self.inbox.iter().take_while(|(at, _)| *at <= self.now);
+                if let Some((_, last)) = arrived.filter(|(_, byte)| matches!(*byte, XON | XOFF)).last() {
+                    self.xoff = *last == XOFF;
+                }
+                let now = self.now;
+                // The system keeps them to itself.
+                self.inbox.retain(|(at, byte)| *at > now || !matches!(*byte, XON | XOFF));
+                self.xoff
+            }
+        }
     }
 
     /// A byte travels to the plotter.
@@ -125,6 +149,8 @@ impl SimPort {
                 transmitter_free: 0,
                 inbox: VecDeque::new(),
                 faults: Faults::default(),
+                flow: FlowControl::None,
+                xoff: false,
             }),
             clock: SimClock::default(),
             timeout: Duration::ZERO,
@@ -191,6 +217,7 @@ impl Read for SimPort {
                 break;
             }
         }
+        line.is_stopped();
         let mut count = 0;
         for slot in buffer {
             match line.inbox.front() {
@@ -210,7 +237,14 @@ impl Write for SimPort {
         let byte_ns = self.byte_ns();
         let line = self.line.get_mut();
         let mut taken = 0;
+        let until = line.now.saturating_add(u64::try_from(self.timeout.as_nanos()).unwrap_or(u64::MAX));
         for &byte in bytes {
+            while line.is_stopped() && line.now < until && line.faults.broken == Broken::Not {
+                line.advance(until, byte_ns);
+            }
+            if line.is_stopped() {
+                break;
+            }
             if line.faults.broken != Broken::Not && line.faults.broken != Broken::Mute {
                 break;
             }
@@ -219,14 +253,15 @@ impl Write for SimPort {
         }
         let broken = line.faults.broken;
         if taken == 0 && broken == Broken::Full {
-            let until = line.now.saturating_add(u64::try_from(self.timeout.as_nanos()).unwrap_or(u64::MAX));
             while line.advance(until, byte_ns) {}
         }
         line.settle(byte_ns);
         self.show_time();
         match broken {
             Broken::Pipe => Err(io::ErrorKind::BrokenPipe.into()),
-            Broken::Full if taken == 0 && !bytes.is_empty() => Err(io::ErrorKind::TimedOut.into()),
+            Broken::Not | Broken::Mute | Broken::Full if taken == 0 && !bytes.is_empty() => {
+                Err(io::ErrorKind::TimedOut.into())
+            }
             _ => Ok(taken),
         }
     }
@@ -260,7 +295,7 @@ impl SerialPort for SimPort {
     }
 
     fn flow_control(&self) -> serialport::Result<FlowControl> {
-        Ok(FlowControl::None)
+        Ok(self.line.borrow().flow)
     }
 
     fn parity(&self) -> serialport::Result<Parity> {
@@ -288,7 +323,11 @@ impl SerialPort for SimPort {
     }
 
     fn set_flow_control(&mut self, flow: FlowControl) -> serialport::Result<()> {
-        only(flow, FlowControl::None, "flow control")
+        if flow == FlowControl::Hardware && self.line.borrow().peer.ready_line().is_none() {
+            return unsupported("hardware flow control");
+        }
+        self.line.get_mut().flow = flow;
+        Ok(())
     }
 
     fn set_parity(&mut self, parity: Parity) -> serialport::Result<()> {
@@ -313,11 +352,11 @@ impl SerialPort for SimPort {
     }
 
     fn read_clear_to_send(&mut self) -> serialport::Result<bool> {
-        unsupported("CTS line")
+        self.line.borrow().peer.ready_line().map_or_else(|| unsupported("CTS line"), Ok)
     }
 
     fn read_data_set_ready(&mut self) -> serialport::Result<bool> {
-        unsupported("DSR line")
+        self.line.borrow().peer.ready_line().map_or_else(|| unsupported("DSR line"), Ok)
     }
 
     fn read_ring_indicator(&mut self) -> serialport::Result<bool> {

@@ -278,6 +278,11 @@ impl Motion {
         self.pencil.set_down(down);
     }
 
+    /// Puts another pen into the holder.
+    pub(super) fn take_pen(&mut self, pen: u32) {
+        self.pencil.take(pen);
+    }
+
     /// All that was drawn up to now.
     pub(super) fn recording(&self, lost_bytes: u32) -> Recording {
         self.pencil.recording(self.position(), self.now as f64 / NS_PER_S, lost_bytes)

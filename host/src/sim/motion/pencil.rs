@@ -90,6 +90,14 @@ impl Pencil {
         self.sense();
     }
 
+    /// Another pen is put into the holder.
+    pub(in super::super) fn take(&mut self, pen: u32) {
+        if pen != self.pen {
+            self.end_trace();
+            self.pen = pen;
+        }
+    }
+
     fn sense(&mut self) {
         let down = match self.sense {
             Sense::Told => self.told,
@@ -148,6 +156,7 @@ mod tests {
         pencil.go(v(10.0, 5.0, 0.0));
         pencil.set_down(false);
         pencil.set_down(true);
+        pencil.take(2);
         let recording = pencil.recording(v(10.0, 7.0, 0.0), 1.0, 0);
         let told: Vec<_> = recording.traces.iter().map(|t| (t.pen_down, t.pen, t.points.clone())).collect();
         let p = DVec2::new;
@@ -156,7 +165,8 @@ mod tests {
             [
                 (false, 1, vec![p(0.0, 0.0), p(10.0, 0.0)]),
                 (true, 1, vec![p(10.0, 0.0), p(10.0, 5.0)]),
-                (true, 1, vec![p(10.0, 5.0), p(10.0, 7.0)]),
+                (true, 1, vec![p(10.0, 5.0), p(10.0, 5.0)]),
+                (true, 2, vec![p(10.0, 5.0), p(10.0, 7.0)]),
             ]
         );
         assert_eq!((recording.steps, recording.position), ([1000, 700, 0], [1000, 700, 0]));
