@@ -22,6 +22,8 @@ const AHEAD: Duration = Duration::from_millis(20);
 const PATIENCE: Duration = Duration::from_millis(1);
 /// So much of its own time passes for a plotter in a hurry while nothing comes.
 const HURRY: Duration = Duration::from_millis(20);
+/// A byte that comes no later than this after another one is of the same answer.
+const GAP: Duration = Duration::from_millis(2);
 /// Bytes that are kept for a client that has not come yet; the oldest are dropped.
 const WAITING_MAX: usize = 1 << 16;
 
@@ -118,6 +120,13 @@ impl Pty {
                 Ok(count) => {
                     outward.extend(buffer.iter().take(count));
                     quiet = false;
+                    // What follows without a gap goes with it.
+                    port.set_timeout(GAP)?;
+                    while outward.len() < WAITING_MAX
+                        && let Ok(count @ 1..) = port.read(&mut buffer)
+                    {
+                        outward.extend(buffer.iter().take(count));
+                    }
                 }
                 Err(e) if e.kind() == ErrorKind::TimedOut => {}
                 Err(_) => return Ok(false),

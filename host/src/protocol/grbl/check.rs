@@ -27,6 +27,8 @@ const ASKED_MAX: u32 = 6;
 const MISPLACED_MAX: u32 = 3;
 /// Reports without the place of the origin after which places are given up: GRBL tells it in one of thirty.
 const WITHOUT_ORIGIN_MAX: u32 = 100;
+/// A controller that ends a dwell too soon so many times, on lines that were not changed, has a clock of its own.
+const DWELL_REPEATS: u32 = 2;
 /// A dwell that is answered after less than this part of its time was changed on the way.
 const DWELL_PART: f64 = 0.75;
 /// How much earlier still an answer may seem to come for the delays of the line, s.
@@ -249,6 +251,8 @@ impl Grbl {
             let took = now.saturating_sub(began).as_secs_f64();
             if took < wanted * DWELL_PART - DWELL_JITTER {
                 self.watch.short_dwell = Some(index);
+            } else {
+                self.watch.dwells_repeated = 0;
             }
         }
         // While the pen's dwell goes on, the machine rests already.
@@ -282,7 +286,9 @@ impl Grbl {
             });
         }
         checking.misses = 0;
-        if let Some(dwell) = self.watch.short_dwell.take().filter(|dwell| *dwell >= check.pen_lines) {
+        let short = self.watch.short_dwell.take().filter(|dwell| *dwell >= check.pen_lines);
+        if let Some(dwell) = short.filter(|_| self.watch.dwells_repeated < DWELL_REPEATS) {
+            self.watch.dwells_repeated += 1;
             let mut model = None;
             let text = self.plan.text(&self.job, dwell, self.part, &mut model);
             if let Some(checking) = &mut self.checking {

@@ -37,6 +37,8 @@ pub(super) struct Watch {
     moved_at: Duration,
     /// A dwell of the job that ended too soon.
     pub(super) short_dwell: Option<usize>,
+    /// Dwells in a row that were sent again because they ended too soon.
+    pub(super) dwells_repeated: u32,
     /// Times in a row that it was asked what it has taken.
     resyncs: u32,
 }
