@@ -18,12 +18,19 @@ const BUFFER: usize = 60;
 /// Bytes that it draws between two looks at the line.
 const PACE: usize = 20;
 
-/// What is left to be drawn, what was drawn, and whether anything was lost.
+/// A plotter that draws what its buffer holds.
 #[derive(Default)]
 struct Plotter {
     control: Vec<u8>,
     buffer: VecDeque<u8>,
-    drawn: Vec<u8>,
+    /// Instruction that is being read.
+    word: Vec<u8>,
+    at: [i64; 2],
+    down: bool,
+    relative: bool,
+    /// Lines that were drawn, from and to.
+    ink: Vec<[[i64; 2]; 2]>,
+    unknown: Vec<String>,
     lost: bool,
 }
 
@@ -41,6 +48,7 @@ impl Plotter {
         self.control.clear();
         match byte {
             b'B' => Some(format!("{}\r", BUFFER.saturating_sub(self.buffer.len()))),
+            b'L' => Some(format!("{BUFFER}\r")),
             b'O' => Some(format!("{}\r", if self.buffer.is_empty() { 8 } else { 0 })),
             b'E' => Some("0\r".to_owned()),
             b'K' => {
@@ -51,15 +59,43 @@ impl Plotter {
         }
     }
 
-    fn draw(&mut self) -> Option<&'static str> {
+    fn draw(&mut self) -> Option<String> {
         for _ in 0..PACE {
-            self.drawn.push(self.buffer.pop_front()?);
-            for (question, answer) in [(&b"OA;"[..], "120,340,0\r"), (b"OE;", "0\r")] {
-                if self.drawn.ends_with(question) {
-                    self.drawn.truncate(self.drawn.len() - question.len());
-                    return Some(answer);
+            match self.buffer.pop_front()? {
+                b';' => {
+                    let word = std::mem::take(&mut self.word);
+                    let answer = self.carry_out(&String::from_utf8_lossy(&word));
+                    if answer.is_some() {
+                        return answer;
+                    }
                 }
+                byte => self.word.push(byte),
             }
+        }
+        None
+    }
+
+    fn carry_out(&mut self, word: &str) -> Option<String> {
+        let (kind, list) = word.split_at_checked(2)?;
+        match kind {
+            "OA" => return Some(format!("{},{},{}\r", self.at[0], self.at[1], u8::from(self.down))),
+            "OE" => return Some("0\r".into()),
+            "OI" => return Some("7440A\r".into()),
+            "IN" | "SP" => {}
+            "PU" => self.down = false,
+            "PD" => self.down = true,
+            "PA" => self.relative = false,
+            "PR" => self.relative = true,
+            _ => self.unknown.push(word.into()),
+        }
+        let numbers: Vec<i64> = list.split(',').filter_map(|number| number.parse().ok()).collect();
+        for pair in numbers.chunks_exact(2) {
+            let from = if self.relative { self.at } else { [0, 0] };
+            let to = [from[0] + pair[0], from[1] + pair[1]];
+            if self.down {
+                self.ink.push([self.at, to]);
+            }
+            self.at = to;
         }
         None
     }
@@ -93,7 +129,9 @@ fn every_instruction_arrives_through_a_buffer_of_60_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let job = folder.path().join("job.plt");
     let mut hpgl = String::from("IN;SP1;");
+    let mut expected = Vec::new();
     for i in 0..100 {
+        expected.extend([[[i, 0], [i, 100]], [[i, 100], [i, 200]]]);
         hpgl.push_str(&format!("PU{i},0;PD{i},100,{i},200;"));
     }
     hpgl.push_str("PU;SP0;");
@@ -104,5 +142,6 @@ fn every_instruction_arrives_through_a_buffer_of_60_bytes() {
     let plotter = thread.join().unwrap();
     assert_eq!(result, Ok(()));
     assert!(!plotter.lost, "the buffer overflowed");
-    assert_eq!(String::from_utf8(plotter.drawn).unwrap(), hpgl);
+    assert_eq!(plotter.unknown, Vec::<String>::new());
+    assert_eq!(plotter.ink, expected);
 }

@@ -13,7 +13,7 @@ use thiserror::Error as ThisError;
 use super::ink;
 use crate::args::DrawingArgs;
 use crate::compute::{Computed, compute, duration_text, load, summary};
-use crate::device::{self, Device, Language, PlaceError};
+use crate::device::{self, Device, Handshake, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
@@ -47,6 +47,9 @@ pub struct PlotArgs {
     /// Speed of the line [default: the device's]
     #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
     pub baud: Option<u32>,
+    /// HPGL: how the plotter's buffer is kept from overflowing [default: the device's, which is auto where it says nothing]
+    #[arg(long, value_name = "NAME", conflicts_with = "resume")]
+    pub handshake: Option<Handshake>,
     /// With --port sim: file for what the simulated plotter drew, .svg or .png [default: JOB-ink.svg in the current folder]
     #[arg(long, value_name = "FILE")]
     pub sim_out: Option<PathBuf>,
@@ -82,6 +85,14 @@ pub enum PlotError {
     /// The model cannot be drawn, or what the simulated plotter drew cannot be written.
     #[error(transparent)]
     Drawing(#[from] Error),
+    /// `--handshake` with a plotter that has a handshake of its own.
+    #[error("--handshake is for HPGL plotters, and `{device}` speaks {speaks}; leave it out")]
+    Handshake {
+        /// The device.
+        device: String,
+        /// What it speaks.
+        speaks: &'static str,
+    },
     /// `--sim-out` or `--fault` with a real plotter.
     #[error("{option} is for the simulated plotter; leave it out, or plot with --port sim")]
     OnlySim {
@@ -210,7 +221,13 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     let format = file.and_then(Format::of_path);
     let sim = SimName::parse(&args.port).transpose()?;
     let profile = args.device.as_deref().unwrap_or(default_device(sim.as_ref(), format));
-    let device = device::find(profile).map_err(Error::from)?;
+    let mut device = device::find(profile).map_err(Error::from)?;
+    if let Some(handshake) = args.handshake {
+        let Language::Hpgl(language) = &mut device.language else {
+            return Err(PlotError::Handshake { device: device.name.clone(), speaks: device.language.name() });
+        };
+        language.handshake = handshake;
+    }
     let baud = args.baud.unwrap_or(device.baud);
     let destination = destination(args, sim.as_ref(), &device, baud)?;
     let journal = port::journal_path(&args.jobs, file);
@@ -480,6 +497,7 @@ mod tests {
             (&[hpgl, "--port", "sim"], "not in the language of `penvis`, grbl"),
             (&[hpgl, "--port", "sim", "--device", "penvis"], "not in the language of `penvis`, grbl"),
             (&[&gcode, "--port", "sim", "--device", "nobody"], "there is no device `nobody`"),
+            (&[&gcode, "--port", "sim", "--handshake", "esc-b"], "--handshake is for HPGL plotters"),
             (&["a.svg", "--port", "sim"], "a.svg is no job"),
             (&["teapot", &gcode, "--port", "sim"], "is plotted by itself; give it without teapot"),
             (&["no-such-model", "--port", "sim"], "no-such-model"),

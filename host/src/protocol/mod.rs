@@ -38,6 +38,23 @@ pub trait Protocol {
 
     /// The oldest piece of the job that the plotter has not acknowledged.
     fn place(&self) -> Place;
+
+    /// Whether it wants to be told the levels of the port's lines before each [`tick`](Self::tick).
+    fn watches_lines(&self) -> bool {
+        false
+    }
+
+    /// Takes the levels of the port's lines. Told only to one that [wants them](Self::watches_lines).
+    fn lines(&mut self, _lines: Lines, _now: Duration) {}
+}
+
+/// Levels of a serial port's lines, true where they are asserted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lines {
+    /// CTS.
+    pub clear_to_send: bool,
+    /// DSR.
+    pub data_set_ready: bool,
 }
 
 /// How far a job is.
@@ -227,6 +244,27 @@ pub enum Fault {
         at: Place,
         /// For how long.
         seconds: u64,
+    },
+    /// The plotter is not where the job has led it.
+    #[error(
+        "the plotter is {found}, and not {wanted}: a byte was lost or changed on the line in instructions {first} to {last}, and \
+         what is drawn of them is wrong; try a shorter cable or a lower --baud"
+    )]
+    Astray {
+        /// Number of the first instruction that may be at fault.
+        first: usize,
+        /// Number of the last.
+        last: usize,
+        /// Where it is.
+        found: String,
+        /// Where it should be.
+        wanted: String,
+    },
+    /// What the plotter answers cannot be read.
+    #[error("too many answers of the plotter cannot be read {at}: look at --baud, parity and the cable")]
+    Noise {
+        /// What it had not acknowledged yet.
+        at: Place,
     },
     /// The plotter counted errors while it drew.
     #[error("the plotter took the whole job but reports {what}; the drawing may be incomplete")]

@@ -6,6 +6,9 @@ use super::{Protocol, grbl, hpgl};
 use crate::device::{Device, Language, Pen};
 use crate::trace::gcode::Machine;
 
+/// Millimetres a minute in a centimetre a second.
+const MM_MIN_PER_CM_S: f64 = 600.0;
+
 /// A conversation that has not begun.
 pub struct Conversation {
     /// Says what is to be said.
@@ -55,7 +58,14 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
         }
         Language::Marlin(_) => Err(JobError::Marlin { device: device.name.clone() }),
         Language::Hpgl(language) => {
-            let options = hpgl::Options { buffer_bytes: language.buffer_bytes, baud };
+            let options = hpgl::Options {
+                name: device.name.clone(),
+                buffer_bytes: language.buffer_bytes,
+                list_points: language.list_points,
+                handshake: language.handshake,
+                speeds: language.speed_max.map(|fastest| (device.draw_feed / MM_MIN_PER_CM_S, fastest)),
+                baud,
+            };
             let protocol = hpgl::Hpgl::new(hpgl::Job::new(job)?, options);
             Ok(Conversation { protocol: Box::new(protocol), first_pause: None })
         }

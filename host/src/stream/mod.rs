@@ -15,7 +15,7 @@ use thiserror::Error;
 pub use clock::{Clock, WallClock};
 pub use terminal::{Terminal, User};
 
-use crate::protocol::{Control, Event, Fault, Place, Progress, Protocol};
+use crate::protocol::{Control, Event, Fault, Lines, Place, Progress, Protocol};
 
 /// How long one read waits; between two reads the protocol sends and polls.
 const READ_WAIT: Duration = Duration::from_millis(20);
@@ -96,6 +96,14 @@ pub fn run(
     loop {
         if let Some(control) = observer.control() {
             protocol.control(control, clock.now());
+        }
+        if protocol.watches_lines() {
+            // A port without such lines, as a pseudo terminal is, has none that is up.
+            let lines = Lines {
+                clear_to_send: port.read_clear_to_send().unwrap_or(false),
+                data_set_ready: port.read_data_set_ready().unwrap_or(false),
+            };
+            protocol.lines(lines, clock.now());
         }
         protocol.tick(clock.now());
         output.append(&mut protocol.take_output());

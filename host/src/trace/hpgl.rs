@@ -150,7 +150,7 @@ impl State {
                     ..Self::default()
                 };
                 if &mnemonic == b"IN" {
-                    self.down = Some(false);
+                    (self.at, self.down) = (None, Some(false));
                 }
             }
             b"SC" => self.scaled = given,
