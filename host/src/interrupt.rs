@@ -14,12 +14,17 @@ pub const EXIT_INTERRUPTED: u8 = 130;
 pub fn watch() {
     WATCH.call_once(|| {
         // Where a signal cannot be caught, it ends the program as before.
-        let _ = ctrlc::set_handler(|| {
-            if WANTED.swap(true, Ordering::Relaxed) {
-                process::exit(EXIT_INTERRUPTED.into());
-            }
-        });
+        let _ = ctrlc::set_handler(press);
     });
+}
+
+/// Does what Ctrl-C does: the first time it is a wish, the second time it ends the program.
+pub fn press() {
+    if WANTED.swap(true, Ordering::Relaxed) {
+        // Nothing is cleaned up on this way out; a terminal that shows no more what is typed would be left behind.
+        let _ = crossterm::terminal::disable_raw_mode();
+        process::exit(EXIT_INTERRUPTED.into());
+    }
 }
 
 /// Whether Ctrl-C was pressed.

@@ -21,9 +21,10 @@ use crate::journal::JournalError;
 use crate::options::DrawingOptions;
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError, Protocol};
+use crate::resume::Whole;
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
-use crate::stream::{self, StreamError, Terminal, User};
+use crate::stream::{self, Course, Interface, StreamError, User};
 
 pub use resume::ResumeError;
 
@@ -73,6 +74,9 @@ pub struct PlotArgs {
     /// Discard the journal of a plot of this name that was broken off, and begin anew
     #[arg(long, conflicts_with = "resume")]
     pub restart: bool,
+    /// Tell how the plot goes as JSON on standard output, an object a line
+    #[arg(long)]
+    pub json: bool,
     /// What is drawn of a model, and on which paper
     #[command(flatten)]
     pub drawing: DrawingArgs,
@@ -239,19 +243,21 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
         Some(path) => read(path, &device)?,
         None => draw(args, &device)?,
     };
-    let conversation = protocol::start(&job.bytes, &device, baud)
-        .map_err(|source| PlotError::Job { name: job.name.clone(), source })?;
+    let bad = |source| PlotError::Job { name: job.name.clone(), source };
+    let conversation = protocol::start(&job.bytes, &device, baud).map_err(bad)?;
     match destination {
         Destination::Sim { port, faults, ink } => {
             let lines = job.bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
             let expected = Traffic { sent: job.bytes.len() as u64, answered: 4 * lines, acknowledged: lines };
             let faults = Faults::new(&faults, args.seed, expected);
-            simulate(&job, conversation, &device, *port, faults, &ink)
+            let course = Course::new(Whole::new(&job.bytes, &device).map_err(bad)?.steps());
+            let interface = Interface::new(User::Absent, course, args.json);
+            simulate(&job, conversation, &device, *port, faults, &ink, interface)
         }
         Destination::Port(path) => {
             let profile = device::resolved_toml(profile).map_err(Error::from)?;
             let line = port::Line { path, baud, device: &device };
-            port::plot(&job, conversation, &line, profile, &journal, args.restart)
+            port::plot(&job, conversation, &line, profile, &journal, args.restart, args.json)
         }
     }
 }
@@ -367,14 +373,19 @@ fn simulate(
     mut port: SimPort,
     faults: Faults,
     path: &Path,
+    mut interface: Interface,
 ) -> Result<(), PlotError> {
     let page = job.page.unwrap_or_else(|| ink::whole_page(device));
     let placement = device.place(page).map_err(PlotError::Place)?;
     let disturbed = !faults.is_empty();
     port.set_faults(faults);
     let clock = port.clock();
-    let result = stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut Terminal::new(User::Absent))
-        .map_err(|source| PlotError::Stream { name: job.name.clone(), source });
+    let protocol = conversation.protocol.as_mut();
+    interface.start(&job.name, protocol.place().unit, protocol.progress().total, 0);
+    let result = stream::run(&mut port, protocol, &clock, &mut interface);
+    interface.end(result.as_ref().err().map(ToString::to_string).as_deref());
+    drop(interface);
+    let result = result.map_err(|source| PlotError::Stream { name: job.name.clone(), source });
     if disturbed {
         match port.faults().struck() {
             [] => eprintln!("none of the faults happened"),

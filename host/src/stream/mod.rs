@@ -4,6 +4,10 @@
 //! which is told the time by a [`Clock`]: that of the wall, or the simulated plotter's own.
 
 mod clock;
+mod course;
+mod interface;
+mod json;
+mod keys;
 mod terminal;
 
 use std::io::{self, ErrorKind};
@@ -13,6 +17,9 @@ use serialport::SerialPort;
 use thiserror::Error;
 
 pub use clock::{Clock, WallClock};
+pub use course::{Course, Estimate, Standing};
+pub use interface::Interface;
+pub use json::{Happening, Json};
 pub use terminal::{Terminal, User};
 
 use crate::protocol::{Control, Event, Fault, Lines, Place, Progress, Protocol};

@@ -10,7 +10,7 @@ use crate::device::{Device, Flow};
 use crate::journal::{self, EXTENSION, Head, Journal, Noting};
 use crate::protocol::Conversation;
 use crate::resume::{Rest, Whole};
-use crate::stream::{self, Clock, Terminal, User, WallClock};
+use crate::stream::{self, Clock, Course, Interface, User, WallClock};
 
 /// What is at the other end of a port.
 pub(super) struct Line<'a> {
@@ -56,10 +56,12 @@ pub(super) fn plot(
     profile: String,
     path: &Path,
     restart: bool,
+    json: bool,
 ) -> Result<(), PlotError> {
     let whole =
         Whole::new(&job.bytes, line.device).map_err(|source| PlotError::Job { name: job.name.clone(), source })?;
-    check_user(&job.name, &conversation)?;
+    let mut interface = Interface::new(User::Present, Course::new(whole.steps()), json);
+    check_user(&job.name, &conversation, &interface)?;
     let mut port = line.open()?;
     let head = Head {
         name: job.name.clone(),
@@ -71,13 +73,13 @@ pub(super) fn plot(
     let journal = Journal::create(path, &head, &job.bytes, restart)?;
     let rest = Rest { job: Vec::new(), added: 0, skipped: 0 };
     let run = Run { name: &job.name, whole: &whole, rest: &rest, line, fresh: true };
-    run.stream(port.as_mut(), conversation, journal, &mut Terminal::new(User::Present))
+    run.stream(port.as_mut(), conversation, journal, &mut interface)
 }
 
 /// Refuses a job that waits for its user when there is none.
-pub(super) fn check_user(name: &str, conversation: &Conversation) -> Result<(), PlotError> {
+pub(super) fn check_user(name: &str, conversation: &Conversation, interface: &Interface) -> Result<(), PlotError> {
     match conversation.first_pause {
-        Some(line) if !Terminal::has_user() => Err(PlotError::Pause { name: name.to_owned(), line }),
+        Some(line) if !interface.answers() => Err(PlotError::Pause { name: name.to_owned(), line }),
         _ => Ok(()),
     }
 }
@@ -99,13 +101,14 @@ impl Run<'_> {
         port: &mut dyn SerialPort,
         mut conversation: Conversation,
         mut journal: Journal,
-        terminal: &mut Terminal,
+        interface: &mut Interface,
     ) -> Result<(), PlotError> {
         let clock = WallClock::start();
         let protocol = conversation.protocol.as_mut();
         let total = self.rest.of_whole(protocol.progress().total);
         let reached = |pieces| self.whole.reached(self.rest.of_whole(pieces));
-        let mut noting = Noting::new(terminal, &mut journal, &reached, total);
+        interface.start(self.name, protocol.place().unit, total, self.rest.skipped);
+        let mut noting = Noting::new(interface, &mut journal, &reached, total);
         let result = stream::run(port, protocol, &clock, &mut noting);
         noting.finish();
         let place = protocol.place();
@@ -116,8 +119,11 @@ impl Run<'_> {
             } else {
                 String::new()
             };
-            eprintln!("{}: {pieces} {}s plotted in {}{from}", self.name, place.unit, duration_text(clock.now()));
-            return Ok(journal.remove()?);
+            let took = duration_text(clock.now());
+            journal.remove()?;
+            interface.end(None);
+            interface.say(&format!("{}: {pieces} {}s plotted in {took}{from}", self.name, place.unit));
+            return Ok(());
         };
         if place.number == 0 && self.fresh {
             // Nothing was sent that moves anything: there is nothing to go on with.
@@ -125,8 +131,11 @@ impl Run<'_> {
         } else {
             let path = journal.path().display().to_string();
             journal.close()?;
-            eprintln!("what is drawn is in {path}; go on with: penvis plot --resume {path} --port {}", self.line.path);
+            let port = self.line.path;
+            interface
+                .say(&format!("what is drawn is in {path}; go on with: penvis plot --resume {path} --port {port}"));
         }
+        interface.end(Some(&source.to_string()));
         Err(PlotError::Stream { name: self.name.to_owned(), source })
     }
 

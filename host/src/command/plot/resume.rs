@@ -17,7 +17,7 @@ use crate::protocol;
 use crate::resume::locate::{Found, Locate};
 use crate::resume::{Whole, way};
 use crate::sim::SimName;
-use crate::stream::{self, Observer, Terminal, User, WallClock};
+use crate::stream::{self, Course, Interface, Observer, User, WallClock};
 
 /// A plotter that is farther than this from the way that its job has yet to go has lost its place, mm: a few steps.
 const NEAR_MM: f64 = 0.05;
@@ -99,22 +99,22 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
     let rest = whole.rest(executed, args.overlap, pen);
     let baud = args.baud.unwrap_or(contents.head.baud);
     let conversation = protocol::start(&rest.job, &device, baud).map_err(job_error)?;
-    check_user(&name, &conversation)?;
     let line = Line { path: &args.port, baud, device: &device };
     let mut port = line.open()?;
-    let mut terminal = Terminal::new(User::Present);
+    let mut interface = Interface::new(User::Present, Course::new(whole.steps()), args.json);
+    check_user(&name, &conversation, &interface)?;
     let pieces = contents.head.pieces;
-    terminal
+    interface
         .say(&format!("{name}: {executed} of {pieces} pieces were plotted; going on behind piece {}", rest.skipped));
     if let Language::Grbl(_) = device.language {
         let settling = Settling { name: &name, whole: &whole, executed, ahead, line: &line, at_zero: args.at_zero };
-        settling.settle(port.as_mut(), &mut terminal)?;
+        settling.settle(port.as_mut(), &mut interface)?;
     }
     Run { name: &name, whole: &whole, rest: &rest, line: &line, fresh: false }.stream(
         port.as_mut(),
         conversation,
         journal,
-        &mut terminal,
+        &mut interface,
     )
 }
 
@@ -157,8 +157,8 @@ struct Settling<'a> {
 impl Settling<'_> {
     /// Returns when the plotter rests and knows its place: because it has never lost it, because it was homed, or because its
     /// user says so.
-    fn settle(&self, port: &mut dyn SerialPort, terminal: &mut Terminal) -> Result<(), PlotError> {
-        let found = self.ask(port, terminal, Vec::new())?;
+    fn settle(&self, port: &mut dyn SerialPort, interface: &mut Interface) -> Result<(), PlotError> {
+        let found = self.ask(port, interface, Vec::new())?;
         let why = if self.at_zero { Some("its user knows") } else { self.doubt(&found) };
         let Some(why) = why else { return Ok(()) };
         let mut lines = if found.locked { vec!["$X".to_owned()] } else { Vec::new() };
@@ -171,12 +171,13 @@ impl Settling<'_> {
         if let (Some(homing), false) = (self.whole.homing(), self.at_zero) {
             lines.push(homing.to_owned());
         } else {
-            let asks = !self.at_zero && Terminal::has_user();
+            let asks = !self.at_zero && interface.answers();
             // What the user says of the place is said of the machine's zero, and that the job moves.
             if self.whole.shifts() {
                 return Err(ResumeError::OwnOrigin { name: self.name.to_owned() }.into());
             }
-            if !(self.at_zero || asks && terminal.prompt(&format!("{why}: bring the pen to the zero of the drawing"))) {
+            if !(self.at_zero || asks && interface.prompt(&format!("{why}: bring the pen to the zero of the drawing")))
+            {
                 return Err(ResumeError::Lost { name: self.name.to_owned(), why }.into());
             }
             let axes = if matches!(self.line.device.language.gcode().map(|gcode| gcode.pen), Some(Pen::Z { .. })) {
@@ -186,7 +187,7 @@ impl Settling<'_> {
             };
             lines.push(axes.to_owned());
         }
-        let found = self.ask(port, terminal, lines)?;
+        let found = self.ask(port, interface, lines)?;
         if found.locked {
             return Err(ResumeError::Lost { name: self.name.to_owned(), why: "it is still locked" }.into());
         }
@@ -213,10 +214,15 @@ impl Settling<'_> {
     }
 
     /// Has the plotter come to rest, sends it lines, and asks where it is.
-    fn ask(&self, port: &mut dyn SerialPort, terminal: &mut Terminal, lines: Vec<String>) -> Result<Found, PlotError> {
+    fn ask(
+        &self,
+        port: &mut dyn SerialPort,
+        interface: &mut Interface,
+        lines: Vec<String>,
+    ) -> Result<Found, PlotError> {
         let mut locate = Locate::new(lines, self.whole.longest_dwell(), self.line.baud);
         let clock = WallClock::start();
-        stream::run(port, &mut locate, &clock, terminal)
+        stream::run(port, &mut locate, &clock, interface)
             .map_err(|source| PlotError::Stream { name: self.name.to_owned(), source })?;
         Ok(locate.found())
     }
