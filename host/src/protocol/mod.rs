@@ -1,6 +1,6 @@
 //! What is said on the line to a plotter, as state machines without I/O: bytes and the time go in, bytes and events come out.
 //!
-//! [`grbl`] speaks G-code with GRBL's line protocol, [`hpgl`] speaks HPGL with its device control instructions.
+//! [`grbl`] and [`marlin`] speak G-code with the line protocols of those controllers, [`hpgl`] speaks HPGL with its device control instructions.
 //! [`start`] takes the one that a device speaks, and [`crate::stream`] connects it with a port.
 
 use std::fmt;
@@ -10,7 +10,9 @@ use thiserror::Error;
 
 mod control;
 pub mod grbl;
+mod heights;
 pub mod hpgl;
+pub mod marlin;
 mod start;
 
 pub use control::Control;
@@ -236,6 +238,14 @@ pub enum Fault {
         wanted: String,
         /// What the plotter tells.
         found: String,
+    },
+    /// The plotter reports an error in words of its own.
+    #[error("the plotter reports an error {at}: {text}")]
+    Complaint {
+        /// What it had not acknowledged yet.
+        at: Place,
+        /// What it says.
+        text: String,
     },
     /// The plotter answers, and does nothing.
     #[error("the plotter has neither moved nor taken a line for {seconds} s {at}: is it held or blocked?")]

@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use super::{Protocol, grbl, hpgl};
-use crate::device::{Device, Language, Pen};
+use super::{Protocol, grbl, hpgl, marlin};
+use crate::device::{Device, Gcode, Language, Pen};
 use crate::trace::gcode::Machine;
 
 /// Millimetres a minute in a centimetre a second.
@@ -27,12 +27,6 @@ pub enum JobError {
     /// HPGL.
     #[error(transparent)]
     Hpgl(#[from] hpgl::JobError),
-    /// Marlin.
-    #[error("`{device}` speaks Marlin's line protocol, which is not spoken yet: draw to a .gcode file and print that")]
-    Marlin {
-        /// The device.
-        device: String,
-    },
 }
 
 /// Checks a job, in the language of the device, and gets ready to send it. `baud` is the speed of the line.
@@ -42,9 +36,7 @@ pub enum JobError {
 pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, JobError> {
     match &device.language {
         Language::Grbl(gcode) => {
-            let job = grbl::Job::new(&String::from_utf8_lossy(job), gcode.line_limit)?;
-            let pause = job.lines().iter().find(|line| matches!(line.turn, grbl::Turn::Pause(_)));
-            let first_pause = pause.map(|line| line.number);
+            let (job, first_pause) = gcode_job(job, gcode)?;
             let options = grbl::Options {
                 rx_bytes: gcode.rx_bytes,
                 line_limit: gcode.line_limit,
@@ -56,7 +48,17 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
             };
             Ok(Conversation { protocol: Box::new(grbl::Grbl::new(job, options)), first_pause })
         }
-        Language::Marlin(_) => Err(JobError::Marlin { device: device.name.clone() }),
+        Language::Marlin(gcode) => {
+            let (job, first_pause) = gcode_job(job, gcode)?;
+            let options = marlin::Options {
+                rx_bytes: gcode.rx_bytes,
+                buffer_lines: gcode.buffer_lines,
+                machine: Machine::new(device, gcode),
+                lift: std::iter::once("G90".to_owned()).chain(gcode.pen_up()).collect(),
+                baud,
+            };
+            Ok(Conversation { protocol: Box::new(marlin::Marlin::new(job, options)), first_pause })
+        }
         Language::Hpgl(language) => {
             let options = hpgl::Options {
                 name: device.name.clone(),
@@ -70,6 +72,14 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
             Ok(Conversation { protocol: Box::new(protocol), first_pause: None })
         }
     }
+}
+
+/// The lines of a job, and the number of the first at which it waits for its user.
+fn gcode_job(job: &[u8], gcode: &Gcode) -> Result<(grbl::Job, Option<usize>), JobError> {
+    let job = grbl::Job::new(&String::from_utf8_lossy(job), gcode.line_limit)?;
+    let pause = job.lines().iter().find(|line| matches!(line.turn, grbl::Turn::Pause(_)));
+    let first_pause = pause.map(|line| line.number);
+    Ok((job, first_pause))
 }
 
 /// Lines that lift the pen after a reset, which leaves the controller with its defaults: G21, G90.
@@ -89,16 +99,12 @@ mod tests {
     fn each_device_has_its_language() {
         for name in crate::device::names() {
             let device = find(name).unwrap();
-            if matches!(device.language, Language::Marlin(_)) {
-                assert!(matches!(start(b"G28\n", &device, 9600), Err(JobError::Marlin { .. })));
-                continue;
-            }
             let (right, wrong): (&[u8], &[u8]) = match device.language {
                 Language::Grbl(_) | Language::Marlin(_) => (b"G21\n(c)\nM0\n", b"; \n"),
                 Language::Hpgl(_) => (b"IN;", b"12"),
             };
             let conversation = start(right, &device, 9600).unwrap();
-            assert_eq!(conversation.first_pause.is_some(), matches!(device.language, Language::Grbl(_)));
+            assert_eq!(conversation.first_pause.is_some(), device.language.gcode().is_some());
             assert!(start(wrong, &device, 9600).is_err());
         }
         assert_eq!(start(b"G21\n(c)\nM0\n", &find("penvis").unwrap(), 9600).unwrap().first_pause, Some(3));

@@ -7,7 +7,7 @@ use crate::device::{Device, Language};
 use crate::journal::Reached;
 use crate::protocol::{JobError, grbl};
 use crate::trace::Step;
-use crate::trace::gcode::{Followed, Machine, Modal, follow};
+use crate::trace::gcode::{Followed, Machine, follow};
 use crate::trace::{Position, Trace};
 
 /// A job that can be told where it is, and from where it goes on.
@@ -37,7 +37,7 @@ impl Whole {
         let course = match (&device.language, Machine::of(device)) {
             (Language::Grbl(gcode) | Language::Marlin(gcode), Some(machine)) => {
                 let job = grbl::Job::new(&String::from_utf8_lossy(bytes), gcode.line_limit)?;
-                let followed = follow(&job, &machine, &Modal::default(), Position::UNKNOWN);
+                let followed = follow(&job, &machine, &machine.before(), Position::UNKNOWN);
                 Course::Gcode { job, followed }
             }
             _ => Course::Other,

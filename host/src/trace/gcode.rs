@@ -51,6 +51,16 @@ impl Machine {
     }
 }
 
+impl Machine {
+    /// What may be taken for granted before a job: Marlin reads millimetres, and often knows nothing else. A controller of the
+    /// GRBL kind is asked.
+    #[must_use]
+    pub fn before(&self) -> Modal {
+        let units = (self.dialect == Dialect::Marlin).then_some(Units::Millimetres);
+        Modal { units, ..Modal::default() }
+    }
+}
+
 /// What a G-code job does, and the state of the controller after each of its lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Followed {

@@ -162,7 +162,7 @@ fn turn(text: &str, comment: String) -> Turn {
 }
 
 /// A cleaned line without its pause.
-pub(super) fn without_pause(text: &str) -> String {
+pub(crate) fn without_pause(text: &str) -> String {
     let mut rest = String::new();
     let mut letters = text.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(at, _)| at).peekable();
     while let Some(at) = letters.next() {

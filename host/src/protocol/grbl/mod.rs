@@ -20,7 +20,6 @@ mod check;
 mod codes;
 mod control;
 mod explain;
-mod heights;
 mod job;
 mod plan;
 mod report;
@@ -30,15 +29,16 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 pub use job::{Job, JobError, Line, Turn};
-pub(crate) use job::{clean, words};
+pub(crate) use job::{clean, without_pause, words};
+pub(crate) use plan::is_dwell;
 
+use super::heights::Heights;
 use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
 use crate::device::Streaming;
 use crate::trace::Position;
 use crate::trace::gcode::{Machine, Modal, follow};
 use check::Checking;
 use control::Hold;
-use heights::Heights;
 use plan::{Model, Plan};
 use watch::Watch;
 

@@ -280,7 +280,7 @@ fn spelled(text: &str) -> impl Iterator<Item = (char, &str)> {
 }
 
 /// Whether a line only waits.
-pub(super) fn is_dwell(line: &Line) -> bool {
+pub(crate) fn is_dwell(line: &Line) -> bool {
     line.turn == Turn::Streamed && is_dwell_text(&line.text)
 }
 

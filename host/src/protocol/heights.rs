@@ -1,6 +1,6 @@
 //! Levels of the pen that the user changes while the job waits: the pen's own lines are rewritten from then on.
 
-use super::words;
+use super::grbl::words;
 use crate::device::Pen;
 use crate::emit::decimal;
 
