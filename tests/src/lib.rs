@@ -2,6 +2,7 @@
 
 pub mod agreement;
 pub mod cover;
+pub mod faults;
 pub mod feed;
 pub mod ink;
 pub mod oracle;
