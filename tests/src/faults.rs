@@ -33,6 +33,8 @@ pub const PLOTTERS: &[(&str, &str)] = &[
     ("sim:grbl", "grbl-servo"),
     ("sim:grbl", "grbl-z"),
     ("sim:grbl,$10=3,rx=1024", "grbl-servo"),
+    ("sim:grblhal", "grblhal"),
+    ("sim:fluidnc", "fluidnc"),
     ("sim:hpgl7475a", "hp7475a"),
     ("sim:hpgl7475a,buffer=60", "hp7440a"),
 ];

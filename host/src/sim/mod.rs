@@ -27,3 +27,6 @@ pub use port::{SimClock, SimPort};
 #[cfg(unix)]
 pub use pty::{Pace, Pty, Visit};
 pub use recording::{Recording, Trace};
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 use penvis_firmware::Settings;
 
 use super::firmware::Firmware;
-use super::grbl::Grbl;
+use super::grbl::{Dialect, Grbl};
 use super::hpgl::Hpgl;
 use super::marlin::Marlin;
 use super::peer::{Peer, PeerError};
@@ -13,15 +13,17 @@ use crate::device::{Device, Language};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Firmware,
-    Grbl,
+    Grbl(Dialect),
     Marlin,
     Hpgl,
 }
 
 /// Name, kind, and the device that is meant when none is asked for.
-const KINDS: [(&str, Kind, &str); 4] = [
+const KINDS: [(&str, Kind, &str); 6] = [
     ("firmware", Kind::Firmware, "penvis"),
-    ("grbl", Kind::Grbl, "grbl-servo"),
+    ("grbl", Kind::Grbl(Dialect::Grbl), "grbl-servo"),
+    ("grblhal", Kind::Grbl(Dialect::GrblHal), "grblhal"),
+    ("fluidnc", Kind::Grbl(Dialect::FluidNc), "fluidnc"),
     ("marlin", Kind::Marlin, "marlin-servo"),
     ("hpgl7475a", Kind::Hpgl, "hp7475a"),
 ];
@@ -78,7 +80,7 @@ impl SimName {
                 Some((key, value)) => Err(PeerError::option(self.name, key, value)),
                 None => Ok(Box::new(Firmware::new(Settings::default(), &gcode.pen))),
             },
-            (Kind::Grbl, Language::Grbl(gcode)) => Ok(Box::new(Grbl::new(&gcode.pen, &options)?)),
+            (Kind::Grbl(dialect), Language::Grbl(gcode)) => Ok(Box::new(Grbl::new(dialect, &gcode.pen, &options)?)),
             (Kind::Marlin, Language::Marlin(gcode)) => Ok(Box::new(Marlin::new(&gcode.pen, &options)?)),
             (Kind::Hpgl, Language::Hpgl(hpgl)) => Ok(Box::new(Hpgl::new(hpgl, &device.papers, &options)?)),
             (_, language) => Err(PeerError::Language {
@@ -116,7 +118,7 @@ mod tests {
     #[test]
     fn what_there_is_not_is_refused_in_a_line() {
         for (port, device, part) in [
-            ("sim:bgrl", "penvis", "no simulated plotter `bgrl`; it is one of firmware, grbl"),
+            ("sim:bgrl", "penvis", "no simulated plotter `bgrl`; it is one of firmware, grbl, grblhal"),
             ("sim:grbl,rx=many", "penvis", "sim:grbl: `rx=many` is no option"),
             ("sim:grbl,$7=1", "penvis", "`$7=1`"),
             ("sim:hpgl7475a,paper=a9", "hp7475a", "`paper=a9`"),

@@ -1,4 +1,4 @@
-//! A controller with GRBL 1.1h, written from what GRBL does and not from penvis's firmware.
+//! A controller with GRBL 1.1h or one of its descendants, written from what GRBL does and not from penvis's firmware.
 //!
 //! ```text
 //!  bytes ──> real-time characters: at once
@@ -9,6 +9,7 @@
 //! line is read, and the ring fills up. What does not fit it is lost without a word.
 
 mod arc;
+mod dialect;
 mod gcode;
 mod realtime;
 mod report;
@@ -24,18 +25,13 @@ use super::Recording;
 use super::motion::{Motion, Move, Pencil, Sense};
 use super::peer::{Peer, PeerError, Trouble};
 use crate::device::Pen;
+pub(super) use dialect::Dialect;
 use gcode::{Order, Parser, Place};
 use report::Counters;
 use settings::Settings;
 use words::{LOCKED, OVERFLOW, Refusal, UNSUPPORTED};
 
 const NS_PER_S: f64 = 1e9;
-/// Blocks of the planner, unless asked otherwise.
-const BLOCKS: usize = 15;
-/// Bytes of the receive ring, unless asked otherwise.
-const RING: usize = 128;
-/// Characters of a line.
-const LINE_MAX: usize = 79;
 /// Time that the boot loader takes, in ns.
 const BOOT_NS: u64 = 1_000_000_000;
 /// Time that writing the EEPROM takes, in ns; what arrives meanwhile is lost.
@@ -86,12 +82,17 @@ enum Lock {
 /// A controller with GRBL, and its mechanics.
 #[derive(Debug)]
 pub(super) struct Grbl {
+    dialect: Dialect,
     ring_size: usize,
     ring: VecDeque<u8>,
     lost: u32,
     output: VecDeque<u8>,
     line: Vec<u8>,
     skip: Skip,
+    /// The line before ended in `\r`.
+    returned: bool,
+    /// What lines are refused with since the last empty one.
+    refused: Option<Refusal>,
     ops: VecDeque<Op>,
     /// Until when nothing that arrives is noticed, ns.
     deaf_until: u64,
@@ -135,11 +136,11 @@ struct Servo {
 
 impl Grbl {
     /// Switched on just now. Options are settings (`$32=1` or `32=1`), `rx=BYTES` and `blocks=N`.
-    pub(super) fn new(pen: &Pen, options: &[(&str, &str)]) -> Result<Self, PeerError> {
+    pub(super) fn new(dialect: Dialect, pen: &Pen, options: &[(&str, &str)]) -> Result<Self, PeerError> {
         let mut settings = Settings::default();
-        let (mut ring_size, mut blocks) = (RING, BLOCKS);
+        let (mut ring_size, mut blocks) = (dialect.ring(), dialect.blocks());
         for &(key, value) in options {
-            let bad = || PeerError::option("grbl", key, value);
+            let bad = || PeerError::option(dialect.name(), key, value);
             match key.strip_prefix('$').unwrap_or(key) {
                 "rx" => ring_size = value.parse().ok().filter(|n| *n >= 16).ok_or_else(bad)?,
                 "blocks" => blocks = value.parse().ok().filter(|n| *n >= 1).ok_or_else(bad)?,
@@ -160,12 +161,15 @@ impl Grbl {
         };
         let motion = Motion::new(blocks, Pencil::new(sense, DVec3::new(x, y, z)));
         Ok(Self {
+            dialect,
             ring_size,
             ring: VecDeque::new(),
             lost: 0,
             output: VecDeque::new(),
             line: Vec::new(),
             skip: Skip::Nothing,
+            returned: false,
+            refused: None,
             ops: VecDeque::from([Op::Until(BOOT_NS), Op::Greet]),
             deaf_until: BOOT_NS,
             blocks,
@@ -304,8 +308,11 @@ impl Grbl {
 
     /// Writes the EEPROM.
     fn store(&mut self) {
-        self.deaf_until = self.now() + STORE_NS;
-        self.ops.push_front(Op::Until(self.deaf_until));
+        let stored = self.now() + STORE_NS;
+        if self.dialect.is_deaf_while_storing() {
+            self.deaf_until = stored;
+        }
+        self.ops.push_front(Op::Until(stored));
     }
 
     fn within_travel(&self, target: Place) -> bool {
@@ -317,7 +324,7 @@ impl Grbl {
     fn plan(&self, target: Place, feed: Option<f32>) -> Move {
         let steps_per_mm = self.settings.axes(100);
         let target: [f64; 3] = std::array::from_fn(|axis| {
-            f64::from((target[axis] * steps_per_mm[axis]).round()) / f64::from(steps_per_mm[axis])
+            f64::from((target[axis] * steps_per_mm[axis]).round() as i32) / f64::from(steps_per_mm[axis])
         });
         let target = DVec3::from(target) + self.zero;
         let direction = (target - self.motion.planned()).normalize_or_zero().abs();
@@ -336,11 +343,14 @@ impl Grbl {
     /// Reads from the ring up to the end of a line. False when nothing is there.
     fn read(&mut self) -> bool {
         let Some(byte) = self.ring.pop_front() else { return false };
+        let returned = std::mem::replace(&mut self.returned, byte == b'\r');
         match (byte, self.skip) {
+            (b'\n', _) if returned && !self.dialect.ends_lines_twice() => {}
             (b'\n' | b'\r', skip) => {
                 let line = std::mem::take(&mut self.line);
                 self.skip = Skip::Nothing;
-                let answer = if skip == Skip::Overflow { Err(OVERFLOW) } else { self.execute(&line) };
+                let too_long = skip == Skip::Overflow && !self.dialect.cuts_lines_off();
+                let answer = if too_long { Err(OVERFLOW) } else { self.execute(&line) };
                 match answer {
                     Ok(()) => self.ops.push_back(Op::Say("ok\r\n".to_owned())),
                     Err(Refusal(code)) => self.say(&format!("error:{code}\r\n")),
@@ -350,7 +360,7 @@ impl Grbl {
             (_, Skip::Parenthesis | Skip::Semicolon | Skip::Overflow) | (..=b' ' | b'/', _) => {}
             (b'(', _) => self.skip = Skip::Parenthesis,
             (b';', _) => self.skip = Skip::Semicolon,
-            _ if self.line.len() == LINE_MAX => self.skip = Skip::Overflow,
+            _ if self.line.len() == self.dialect.line_max() => self.skip = Skip::Overflow,
             _ => self.line.push(byte.to_ascii_uppercase()),
         }
         true
@@ -359,17 +369,26 @@ impl Grbl {
     /// Takes a line, cleaned.
     fn execute(&mut self, line: &[u8]) -> Result<(), Refusal> {
         if std::mem::take(&mut self.refuses) {
+            self.refused = Some(UNSUPPORTED).filter(|_| self.dialect.refuses_on());
             return Err(UNSUPPORTED);
         }
         match line.split_first() {
-            None => Ok(()),
-            Some((b'$', command)) => self.system(command),
-            Some(_) if self.lock != Lock::None || self.jogging => Err(LOCKED),
-            Some(_) => {
-                let orders = self.parser.block(line, &self.settings)?;
-                self.ops.extend(orders.into_iter().map(Op::Order));
+            None => {
+                self.refused = None;
                 Ok(())
             }
+            Some((b'$', command)) => self.system(command),
+            Some(_) if self.lock != Lock::None || self.jogging => Err(LOCKED),
+            Some(_) => match self.refused.map_or_else(|| self.parser.block(line, &self.settings), Err) {
+                Ok(orders) => {
+                    self.ops.extend(orders.into_iter().map(Op::Order));
+                    Ok(())
+                }
+                Err(refusal) => {
+                    self.refused = Some(refusal).filter(|_| self.dialect.refuses_on());
+                    Err(refusal)
+                }
+            },
         }
     }
 
@@ -409,7 +428,9 @@ impl Grbl {
         self.counters = Counters::default();
         self.parser.modal = gcode::Modal::at([0.0; 3]);
         self.synchronize();
-        self.say("\r\nGrbl 1.1h ['$' for help]\r\n");
+        self.returned = false;
+        self.refused = None;
+        self.say(self.dialect.banner());
         if self.lock != Lock::None {
             self.lock = Lock::Alarm;
             self.say("[MSG:'$H'|'$X' to unlock]\r\n");

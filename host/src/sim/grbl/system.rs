@@ -52,7 +52,7 @@ impl Grbl {
                 self.say(&text);
             }
             b"I" => {
-                let text = format!("[VER:1.1h.20190830:]\r\n[OPT:V,{},{}]\r\n", self.blocks, self.ring_size);
+                let text = self.dialect.build(self.blocks, self.ring_size);
                 self.say(&text);
             }
             b"N" => {

@@ -13,7 +13,7 @@ use crate::stream::Clock;
 const SERVO: Pen = Pen::Servo { index: 0, up: 0, down: 1000, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 };
 
 fn port(options: &[(&str, &str)]) -> SimPort {
-    let mut port = SimPort::with(Box::new(Grbl::new(&SERVO, options).unwrap()), 115_200);
+    let mut port = SimPort::with(Box::new(Grbl::new(Dialect::Grbl, &SERVO, options).unwrap()), 115_200);
     port.set_timeout(Duration::from_secs(2)).unwrap();
     port
 }
@@ -269,7 +269,7 @@ fn homing_finds_the_corner() {
 #[test]
 fn troubles() {
     let drawing = || {
-        let mut grbl = Grbl::new(&SERVO, &[]).unwrap();
+        let mut grbl = Grbl::new(Dialect::Grbl, &SERVO, &[]).unwrap();
         let run = |grbl: &mut Grbl, text: &[u8], ms: u64| {
             for byte in text {
                 grbl.receive(*byte);
@@ -315,9 +315,46 @@ fn a_pen_on_the_z_axis_draws() {
         crate::device::Language::Grbl(gcode) => gcode.pen,
         _ => SERVO,
     });
-    let mut port = SimPort::with(Box::new(Grbl::new(&pen.unwrap(), &[]).unwrap()), 115_200);
+    let mut port = SimPort::with(Box::new(Grbl::new(Dialect::Grbl, &pen.unwrap(), &[]).unwrap()), 115_200);
     port.set_timeout(Duration::from_secs(9)).unwrap();
     read_all(&mut port);
     assert_eq!(say(&mut port, "G0Z3\nG0X5\nG1Z0F600\nG1Y8\nG0Z3\n"), "ok|".repeat(5));
     assert!((port.recording().ink_mm() - 8.0).abs() < 1e-9);
+}
+
+#[test]
+fn its_descendants_differ() {
+    let long = format!("G1X{}F600\n", "1".repeat(300));
+    for (dialect, banner, table) in [
+        (
+            Dialect::GrblHal,
+            "GrblHAL 1.1f",
+            vec![
+                ("\r\n", "ok|"),
+                ("\n\n", "ok|ok|"),
+                ("G5\nG0X1\nG0X2\n", "error:20|error:20|error:20|"),
+                ("\nG0X3\n", "ok|ok|"),
+                (long.as_str(), "error:11|"),
+                ("$100=80\nG0X4\n", "ok|ok|"),
+            ],
+        ),
+        (
+            Dialect::FluidNc,
+            "FluidNC",
+            vec![
+                ("\r\n", "ok|"),
+                ("G5\nG0X1\n", "error:20|ok|"),
+                ("$I\n", "[VER:3.7 FluidNC v3.7.8:]|[OPT:MPHS]|[MSG: Machine: plotter]|ok|"),
+                // Cut off before its feed.
+                (long.as_str(), "error:22|"),
+            ],
+        ),
+    ] {
+        let mut port = SimPort::with(Box::new(Grbl::new(dialect, &SERVO, &[]).unwrap()), 115_200);
+        port.set_timeout(Duration::from_secs(2)).unwrap();
+        assert!(read_all(&mut port).contains(banner));
+        for (text, answer) in table {
+            assert_eq!(say(&mut port, text), answer, "{dialect:?} {text:?}");
+        }
+    }
 }

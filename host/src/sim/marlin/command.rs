@@ -204,7 +204,8 @@ impl State {
     }
 
     fn go(&mut self, target: [f32; 3], zero: DVec3) -> Move {
-        let steps: [f64; 3] = std::array::from_fn(|axis| f64::from((target[axis] * self.steps_per_mm[axis]).round()));
+        let steps: [f64; 3] =
+            std::array::from_fn(|axis| f64::from((target[axis] * self.steps_per_mm[axis]).round() as i32));
         let to = DVec3::from(steps) / self.steps_per_mm();
         let from = DVec3::from(self.position.map(f64::from));
         let direction = (to - from).normalize_or_zero().abs();
