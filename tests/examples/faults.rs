@@ -30,7 +30,7 @@ fn main() -> ExitCode {
     let kinds: Vec<_> = FaultKind::all().collect();
     let asked_kinds = kinds.iter().any(|kind| only.iter().any(|word| word == kind.name()));
     let asked_plotters = PLOTTERS.iter().any(|(port, device)| only.iter().any(|word| word == port || word == device));
-    print!("{:<26}{:<12}{:<18}", "port", "device", "fault");
+    print!("{:<38}{:<14}{:<18}", "port", "device", "fault");
     for verdict in Verdict::ALL {
         print!("{verdict:>13}");
     }
@@ -43,7 +43,7 @@ fn main() -> ExitCode {
         let bench = match Bench::new(port, device) {
             Ok(bench) => bench,
             Err(problem) => {
-                println!("{port:<26}{device:<12}{problem}");
+                println!("{port:<38}{device:<14}{problem}");
                 good = false;
                 continue;
             }
@@ -54,7 +54,7 @@ fn main() -> ExitCode {
             }
             let seeds = first..first + seeds;
             let outcomes: Vec<_> = seeds.into_par_iter().map(|seed| (seed, bench.try_fault(*kind, seed))).collect();
-            print!("{port:<26}{device:<12}{:<18}", kind.name());
+            print!("{port:<38}{device:<14}{:<18}", kind.name());
             for verdict in Verdict::ALL {
                 let count = outcomes.iter().filter(|(_, o)| o.as_ref().is_ok_and(|o| o.verdict == verdict)).count();
                 print!("{:>13}", if count == 0 { "-".to_owned() } else { count.to_string() });

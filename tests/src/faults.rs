@@ -35,6 +35,8 @@ pub const PLOTTERS: &[(&str, &str)] = &[
     ("sim:grbl,$10=3,rx=1024", "grbl-servo"),
     ("sim:grblhal", "grblhal"),
     ("sim:fluidnc", "fluidnc"),
+    ("sim:marlin", "marlin-servo"),
+    ("sim:marlin,advanced-ok=1,resend-ok=0", "marlin-z"),
     ("sim:hpgl7475a", "hp7475a"),
     ("sim:hpgl7475a,buffer=60", "hp7440a"),
 ];

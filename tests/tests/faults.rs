@@ -8,18 +8,8 @@ use rayon::prelude::*;
 /// Seeds for each plotter and fault.
 const SEEDS: u64 = 3;
 
-/// Why the HPGL sender is not held to it yet.
-const UNCHECKED: &str = "strokes of HPGL are not held against the place of the pen";
-
 /// What goes wrong with today's senders, and why: how the port's name begins, and the fault.
-const KNOWN: &[(&str, FaultKind, &str)] = &[
-    ("sim:hpgl", FaultKind::Lost, UNCHECKED),
-    ("sim:hpgl", FaultKind::Doubled, UNCHECKED),
-    ("sim:hpgl", FaultKind::Corrupted, UNCHECKED),
-    ("sim:hpgl", FaultKind::DoubledAnswer, UNCHECKED),
-    ("sim:hpgl", FaultKind::CorruptedAnswer, UNCHECKED),
-    ("sim:hpgl", FaultKind::Error, UNCHECKED),
-];
+const KNOWN: &[(&str, FaultKind, &str)] = &[];
 
 #[test]
 fn nothing_is_lost_without_a_word() {

@@ -57,7 +57,7 @@ impl Dialect {
         self == Self::Grbl
     }
 
-    /// Whether lines after an error are refused with it, until an empty one.
+    /// Whether lines after an error are refused with it, until an empty one or a `$` command that is not.
     pub(super) fn refuses_on(self) -> bool {
         self == Self::GrblHal
     }

@@ -377,7 +377,11 @@ impl Grbl {
                 self.refused = None;
                 Ok(())
             }
-            Some((b'$', command)) => self.system(command),
+            Some((b'$', command)) => {
+                let answer = self.system(command);
+                self.refused = answer.err().filter(|_| self.dialect.refuses_on());
+                answer
+            }
             Some(_) if self.lock != Lock::None || self.jogging => Err(LOCKED),
             Some(_) => match self.refused.map_or_else(|| self.parser.block(line, &self.settings), Err) {
                 Ok(orders) => {

@@ -334,6 +334,7 @@ fn its_descendants_differ() {
                 ("\n\n", "ok|ok|"),
                 ("G5\nG0X1\nG0X2\n", "error:20|error:20|error:20|"),
                 ("\nG0X3\n", "ok|ok|"),
+                ("G5\n$X\nG0X2\n", "error:20|ok|ok|"),
                 (long.as_str(), "error:11|"),
                 ("$100=80\nG0X4\n", "ok|ok|"),
             ],
