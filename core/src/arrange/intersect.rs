@@ -152,7 +152,8 @@ fn recurse(a: &Arc, b: &Arc, resolution: f64, out: &mut Vec<Meeting>, work: &mut
         let start = |along: f64, s: &Strip| if s.length > 0.0 { (along / s.length).clamp(0.0, 1.0) } else { 0.5 };
         let found = chords_cross(&sa, &sb).and_then(|[along_a, along_b]| {
             let found = newton(a, b, [start(along_a, &sa), start(along_b, &sb)], slack, work);
-            if straight && (is_uneven(a, &sa) || is_uneven(b, &sb)) {
+            // Arcs that move apart by no more than the limit run along one another, and change sides as rounding will have it.
+            if straight && sa.divergence(&sb) > limit {
                 found.or_else(|| straight_crossing((a, &sa), (b, &sb), slack, limit, work))
             } else {
                 found
@@ -208,7 +209,10 @@ fn chords_cross(sa: &Strip, sb: &Strip) -> Option<[f64; 2]> {
 
 /// The crossing of two arcs that are straight to `limit` and of different directions, when Newton's method finds none from
 /// parameters that are as far along as the crossing of the chords: weights, or control points, may make a straight arc run
-/// so unevenly that it steps out of them.
+/// so unevenly that it steps out of them, or stand still where it ends.
+///
+/// Being at an angle all along, they cross where the one changes sides of the other, or touch at its end; that their chords
+/// cross nearby says nothing of arcs that are nearly parallel.
 fn straight_crossing(
     (a, sa): (&Arc, &Strip),
     (b, sb): (&Arc, &Strip),
@@ -216,25 +220,35 @@ fn straight_crossing(
     limit: f64,
     work: &mut Work,
 ) -> Option<Meeting> {
-    let [along_a, along_b] = chords_cross(sa, sb)?;
-    // The arcs' own crossing is beside that of the chords by the widths of the strips over the sine of their angle.
-    let reach = limit * (1.0 + 1.0 / sa.dir.perp_dot(sb.dir).abs());
-    if !(-reach..=sa.length + reach).contains(&along_a) || !(-reach..=sb.length + reach).contains(&along_b) {
+    let along = |p: DVec2| (p - sb.origin).dot(sb.dir);
+    let height = |x: f64| {
+        let p = a.jet(x).0.truncate();
+        (p - b.jet(reaches(b, sb, along(p))).0.truncate()).dot(sb.dir.perp())
+    };
+    let ends = [height(0.0), height(1.0)];
+    let x = if ends[0] * ends[1] < 0.0 {
+        let (mut lo, mut hi) = (0.0_f64, 1.0_f64);
+        for _ in 0..HALVINGS {
+            let m = 0.5 * (lo + hi);
+            if height(m) * ends[0] > 0.0 { lo = m } else { hi = m }
+        }
+        0.5 * (lo + hi)
+    } else {
+        let end = usize::from(ends[1].abs() < ends[0].abs());
+        // As far from the other arc as it goes on beyond an end that is short of it by the limit.
+        let touches = ends[end].abs() <= limit * sa.dir.perp_dot(sb.dir).abs();
+        touches.then_some(end as f64)?
+    };
+    let at = along(a.jet(x).0.truncate());
+    if !(-limit..=sb.length + limit).contains(&at) {
         return None;
     }
-    let (x, y) = (reaches(a, sa, along_a), reaches(b, sb, along_b));
-    newton(a, b, [x, y], slack, work).or_else(|| {
-        let apart = (a.jet(x).0 - b.jet(y).0).truncate().length();
-        (apart <= limit).then(|| crossing(a, x, b, y))
-    })
+    let y = reaches(b, sb, at);
+    newton(a, b, [x, y], slack, work).or_else(|| Some(crossing(a, x, b, y)))
 }
 
-/// Whether the middle of a nearly straight arc by its parameter is not in the middle half of its chord. Newton's method finds
-/// the crossings of the others, and where it finds none they run along one another.
-fn is_uneven(arc: &Arc, s: &Strip) -> bool {
-    let share = (arc.jet(0.5).0.truncate() - s.origin).dot(s.dir) / s.length;
-    !(0.25..=0.75).contains(&share)
-}
+/// Halvings that leave a few roundings of a parameter.
+const HALVINGS: u32 = 50;
 
 /// The Bézier parameter at which a nearly straight arc, which may run unevenly, is `along` its chord.
 fn reaches(arc: &Arc, s: &Strip, along: f64) -> f64 {
@@ -242,7 +256,7 @@ fn reaches(arc: &Arc, s: &Strip, along: f64) -> f64 {
         return 0.5;
     }
     let (mut lo, mut hi) = (0.0_f64, 1.0_f64);
-    for _ in 0..40 {
+    for _ in 0..HALVINGS {
         let m = 0.5 * (lo + hi);
         if (arc.jet(m).0.truncate() - s.origin).dot(s.dir) < along { lo = m } else { hi = m }
     }
@@ -355,7 +369,7 @@ mod tests {
             let points = [DVec4::new(0.0, 0.0, 0.0, 1.0), DVec4::new(w, 0.0, 0.0, w)];
             let weighted = Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0);
             let crowded = arc(&[[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
-            for at in [1e-3, 0.04, 0.3, 0.6, 0.98] {
+            for at in [0.0, 1e-3, 0.04, 0.3, 0.6, 0.98, 1.0] {
                 for uneven in [&weighted, &crowded] {
                     let across = arc(&[[at - 0.3, -0.1, 1.0], [at + 0.6, 0.2, 1.0]]);
                     for (m, is_first) in [(all(uneven, &across), true), (all(&across, uneven), false)] {
