@@ -12,6 +12,7 @@
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
 //! | [`trace`] | what a job does, piece by piece |
+//! | [`preflight`] | what would go wrong with a job, said before it is sent |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
 //! | [`journal`], [`resume`] | what is drawn of an unfinished plot, on the disk, and what is left of it |
 pub mod args;
@@ -31,6 +32,7 @@ pub mod model;
 pub mod options;
 pub mod output;
 pub mod page;
+pub mod preflight;
 pub mod progress;
 pub mod protocol;
 pub mod render;

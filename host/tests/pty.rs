@@ -73,8 +73,8 @@ fn a_plotter_that_is_pulled_out_is_an_error_with_its_line() {
 
 #[test]
 fn a_refused_line_is_an_error_with_its_number() {
-    let (result, recording) = Plotter::start(usize::MAX).plot("G21\nG1X10F6000\nG5Y1\nG1X99\n");
+    let (result, recording) = Plotter::start(usize::MAX).plot("G21\nG1X10F6000\nG1Y1Y2\nG1X99\n");
     let message = result.unwrap_err();
-    assert!(message.contains("line 3") && message.contains("error 20"), "{message}");
+    assert!(message.contains("line 3") && message.contains("error 25"), "{message}");
     assert!(recording.position[0] <= 800);
 }

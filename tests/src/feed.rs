@@ -8,6 +8,7 @@ use std::cell::Cell;
 use penvis::device::{self, Device};
 use penvis::journal;
 use penvis::model::{FORMATS, Import, ModelFormat, ReadError, Reading, Source, Watch};
+use penvis::preflight;
 use penvis::protocol;
 use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
 
@@ -15,7 +16,7 @@ use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
 const LONGEST_MESSAGE: usize = 1000;
 
 /// Devices whose languages jobs are held against, one each.
-const JOB_DEVICES: [&str; 2] = ["grbl-servo", "hp7475a"];
+const JOB_DEVICES: [&str; 3] = ["grbl-servo", "marlin-servo", "hp7475a"];
 
 /// Step interrupts in which the firmware must have answered, or be about something that takes longer.
 const MOST_TICKS: u32 = 20_000;
@@ -85,10 +86,11 @@ pub fn model(format: &ModelFormat, bytes: &[u8]) -> Result<Import, ReadError> {
     result
 }
 
-/// Checks a job as for sending it, in both languages.
+/// Checks a job as for sending it, in all languages.
 fn job(bytes: &[u8]) {
     for name in JOB_DEVICES {
         let device = device::find(name).expect("a built-in profile");
+        preflight::job(bytes, &device).iter().for_each(|finding| is_a_line(&finding.to_string()));
         match protocol::start(bytes, &device, device.baud) {
             Ok(mut conversation) => {
                 conversation.protocol.tick(std::time::Duration::ZERO);

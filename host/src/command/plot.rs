@@ -1,6 +1,7 @@
 //! `penvis plot`: streams a job to a plotter, or to the simulated one.
 
 mod port;
+mod preflight;
 mod resume;
 
 use std::fs;
@@ -48,6 +49,12 @@ pub struct PlotArgs {
     /// Speed of the line [default: the device's]
     #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
     pub baud: Option<u32>,
+    /// Only say what would go wrong with the job, and draw nothing
+    #[arg(long, conflicts_with = "resume")]
+    pub preflight: bool,
+    /// GRBL: let the controller read the whole job before it draws, in its check mode, and say which lines it refuses
+    #[arg(long, conflicts_with = "resume")]
+    pub check: bool,
     /// HPGL: how the plotter's buffer is kept from overflowing [default: the device's, which is auto where it says nothing]
     #[arg(long, value_name = "NAME", conflicts_with = "resume")]
     pub handshake: Option<Handshake>,
@@ -89,6 +96,22 @@ pub enum PlotError {
     /// The model cannot be drawn, or what the simulated plotter drew cannot be written.
     #[error(transparent)]
     Drawing(#[from] Error),
+    /// A job with something wrong in it.
+    #[error("{name}: {what}; nothing was sent that moves")]
+    Preflight {
+        /// The job.
+        name: String,
+        /// The first thing that is wrong, with its place.
+        what: String,
+    },
+    /// `--check` with a plotter that has no check mode.
+    #[error("--check is for GRBL, and `{device}` speaks {speaks}; leave it out")]
+    Check {
+        /// The device.
+        device: String,
+        /// What it speaks.
+        speaks: &'static str,
+    },
     /// `--handshake` with a plotter that has a handshake of its own.
     #[error("--handshake is for HPGL plotters, and `{device}` speaks {speaks}; leave it out")]
     Handshake {
@@ -232,6 +255,9 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
         };
         language.handshake = handshake;
     }
+    if args.check && !matches!(device.language, Language::Grbl(_)) {
+        return Err(PlotError::Check { device: device.name.clone(), speaks: device.language.name() });
+    }
     let baud = args.baud.unwrap_or(device.baud);
     let destination = destination(args, sim.as_ref(), &device, baud)?;
     let journal = port::journal_path(&args.jobs, file);
@@ -245,8 +271,16 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     };
     let bad = |source| PlotError::Job { name: job.name.clone(), source };
     let conversation = protocol::start(&job.bytes, &device, baud).map_err(bad)?;
+    preflight::report(&job, &crate::preflight::job(&job.bytes, &device))?;
     match destination {
-        Destination::Sim { port, faults, ink } => {
+        Destination::Sim { mut port, faults, ink } => {
+            if args.preflight || args.check {
+                let clock = port.clock();
+                preflight::ask(port.as_mut(), &clock, &job, &device, args.check)?;
+            }
+            if args.preflight {
+                return Ok(());
+            }
             let lines = job.bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
             let expected = Traffic { sent: job.bytes.len() as u64, answered: 4 * lines, acknowledged: lines };
             let faults = Faults::new(&faults, args.seed, expected);
@@ -257,7 +291,11 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
         Destination::Port(path) => {
             let profile = device::resolved_toml(profile).map_err(Error::from)?;
             let line = port::Line { path, baud, device: &device };
-            port::plot(&job, conversation, &line, profile, &journal, args.restart, args.json)
+            if args.preflight {
+                return port::ask(&job, &line, args.check);
+            }
+            let wish = port::Wish { restart: args.restart, json: args.json, check: args.check };
+            port::plot(&job, conversation, &line, wish, profile, &journal)
         }
     }
 }
@@ -477,11 +515,11 @@ mod tests {
 
     #[test]
     fn nothing_is_left_of_a_job_that_fails() {
-        let (folder, job) = folder_with("bad.nc", "G21\nG1X10F600\nG5Y3\n");
+        let (folder, job) = folder_with("bad.nc", "G21\nG1X10F600\nG1Y3Y4\n");
         let out = folder.path().join("ink.svg");
         let message = plotted(&[&job, "--port", "sim", "--sim-out", out.to_str().unwrap()]).unwrap_err().to_string();
         assert!(
-            message.contains("bad.nc: ") && message.contains("line 3") && message.contains("error 20"),
+            message.contains("bad.nc: ") && message.contains("line 3") && message.contains("error 25"),
             "{message}"
         );
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
@@ -496,6 +534,9 @@ mod tests {
         let long = folder.path().join("long.gcode");
         fs::write(&long, format!("G1X{}\n", "1".repeat(90))).unwrap();
         let long = long.to_str().unwrap();
+        let five = folder.path().join("five.gcode");
+        fs::write(&five, "G21\nG5X1\n").unwrap();
+        let five = five.to_str().unwrap();
         let table: &[(&[&str], &str)] = &[
             (&[&gcode, "--port", "/dev/nowhere"], "cannot open the port /dev/nowhere"),
             (&[&gcode, "--port", "/dev/nowhere", "--sim-out", "a.svg"], "--sim-out is for the simulated plotter"),
@@ -508,6 +549,9 @@ mod tests {
             (&[hpgl, "--port", "sim"], "not in the language of `penvis`, grbl"),
             (&[hpgl, "--port", "sim", "--device", "penvis"], "not in the language of `penvis`, grbl"),
             (&[&gcode, "--port", "sim", "--device", "nobody"], "there is no device `nobody`"),
+            (&[&gcode, "--port", "sim:marlin", "--check"], "--check is for GRBL, and `marlin"),
+            (&[five, "--port", "sim"], "line 2 has G5, which grbl does not know"),
+            (&[&gcode, "--port", "sim:grbl,$32=1", "--preflight"], "laser mode ($32=1)"),
             (&[&gcode, "--port", "sim", "--handshake", "esc-b"], "--handshake is for HPGL plotters"),
             (&["a.svg", "--port", "sim"], "a.svg is no job"),
             (&["teapot", &gcode, "--port", "sim"], "is plotted by itself; give it without teapot"),

@@ -172,6 +172,7 @@ G0 X0 Y0
         let lines = vec![polyline(Boundary, 1, &[[10.0, 20.0], [30.5, 20.0]])];
         let text = gcode(&drawing(200.0, 200.0, lines), &find("marlin-servo").unwrap()).unwrap();
         let expected = "\
+G21
 G90
 M400
 M280 P0 S90

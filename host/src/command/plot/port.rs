@@ -4,13 +4,25 @@ use std::path::{Path, PathBuf};
 
 use serialport::{FlowControl, SerialPort};
 
-use super::{Job, PlotError, stems};
+use super::{Job, PlotError, preflight, stems};
 use crate::compute::duration_text;
 use crate::device::{Device, Flow};
+use crate::interrupt;
 use crate::journal::{self, EXTENSION, Head, Journal, Noting};
 use crate::protocol::Conversation;
 use crate::resume::{Rest, Whole};
 use crate::stream::{self, Clock, Course, Interface, User, WallClock};
+
+/// How a job is plotted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wish {
+    /// Whether the journal of an earlier plot is discarded.
+    pub(super) restart: bool,
+    /// Whether events are written as JSON.
+    pub(super) json: bool,
+    /// Whether the controller reads all of the job before.
+    pub(super) check: bool,
+}
 
 /// What is at the other end of a port.
 pub(super) struct Line<'a> {
@@ -48,21 +60,21 @@ pub(super) fn journal_path(jobs: &[String], file: Option<&Path>) -> PathBuf {
     }
 }
 
-/// Plots a job from its beginning. With `restart`, the journal of an earlier plot is discarded.
+/// Plots a job from its beginning.
 pub(super) fn plot(
     job: &Job,
     conversation: Conversation,
     line: &Line<'_>,
+    wish: Wish,
     profile: String,
     path: &Path,
-    restart: bool,
-    json: bool,
 ) -> Result<(), PlotError> {
     let whole =
         Whole::new(&job.bytes, line.device).map_err(|source| PlotError::Job { name: job.name.clone(), source })?;
-    let mut interface = Interface::new(User::Present, Course::new(whole.steps()), json);
+    let mut interface = Interface::new(User::Present, Course::new(whole.steps()), wish.json);
     check_user(&job.name, &conversation, &interface)?;
     let mut port = line.open()?;
+    preflight::ask(port.as_mut(), &WallClock::start(), job, line.device, wish.check)?;
     let head = Head {
         name: job.name.clone(),
         profile,
@@ -70,10 +82,17 @@ pub(super) fn plot(
         pieces: conversation.protocol.progress().total as u64,
         begun_ms: journal::now_ms(),
     };
-    let journal = Journal::create(path, &head, &job.bytes, restart)?;
+    let journal = Journal::create(path, &head, &job.bytes, wish.restart)?;
     let rest = Rest { job: Vec::new(), added: 0, skipped: 0 };
     let run = Run { name: &job.name, whole: &whole, rest: &rest, line, fresh: true };
     run.stream(port.as_mut(), conversation, journal, &mut interface)
+}
+
+/// Says what would go wrong with a job, and plots nothing.
+pub(super) fn ask(job: &Job, line: &Line<'_>, check: bool) -> Result<(), PlotError> {
+    let mut port = line.open()?;
+    interrupt::watch();
+    preflight::ask(port.as_mut(), &WallClock::start(), job, line.device, check)
 }
 
 /// Refuses a job that waits for its user when there is none.

@@ -540,8 +540,12 @@ fn hidden_fault(line: &str) -> Option<usize> {
 
 /// The controller's answer to a line of the job, or to the barrier at its end.
 fn refused(at: Place, code: &str) -> Fault {
-    let meaning = code.parse().map_or("in the controller's own words", codes::error);
-    Fault::Refused { at, code: code.to_owned(), meaning }
+    Fault::Refused { at, code: code.to_owned(), meaning: error_meaning(code) }
+}
+
+/// What an `error:` means.
+pub(crate) fn error_meaning(code: &str) -> &'static str {
+    code.parse().map_or("in the controller's own words", codes::error)
 }
 
 impl Protocol for Grbl {
