@@ -13,9 +13,9 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::plan::is_dwell;
-use super::report::{self, Status};
+use super::report::{self, Place, Status};
 use super::{BARRIER, Event, Fault, Grbl, Phase, Protocol, QUERY, Sent, What, explain, refused};
-use crate::trace::gcode::Modal;
+use crate::trace::gcode::{Distance, Modal};
 
 /// The `ok` of a `$G` follows its answer at once; after this time it is taken for lost.
 const OK_WAIT: Duration = Duration::from_secs(1);
@@ -60,6 +60,8 @@ pub(super) struct Checking {
     /// Whether the place was seen to be right already.
     placed: bool,
     without_origin: u32,
+    /// How often the origin had been told when it began.
+    origins_told: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,6 +95,7 @@ impl Grbl {
             repeated: false,
             placed: false,
             without_origin: 0,
+            origins_told: self.told.origins_told,
         });
         self.advance_check(now);
     }
@@ -175,6 +178,9 @@ impl Grbl {
         match self.phase {
             Phase::Probing => self.told.modal = Some(modal),
             Phase::Streaming => {
+                if self.checking.is_none() && !self.is_as_lines_leave_it(&modal, now) {
+                    return;
+                }
                 match self.on_the_way.iter().position(|sent| sent.what == What::Query) {
                     Some(count) => {
                         for sent in self.on_the_way.drain(..count) {
@@ -187,12 +193,33 @@ impl Grbl {
                     // An `ok` too many was taken for its answer; the right one follows.
                     None => self.on_the_way.push_front(Sent { what: What::Ghost, bytes: 0, at: now }),
                 }
-                if let Some(checking) = self.checking.as_mut().filter(|checking| checking.stage == Stage::Modal) {
-                    checking.reported = Some((modal, now));
+                match &mut self.checking {
+                    Some(checking) if checking.stage == Stage::Modal => checking.reported = Some((modal, now)),
+                    Some(_) => {}
+                    None => {}
                 }
             }
             _ => {}
         }
+    }
+
+    /// An idle controller told its state in the middle of a part. One that has restarted without a banner that is known has
+    /// forgotten what was sent, and would take differences for places.
+    fn is_as_lines_leave_it(&mut self, found: &Modal, now: Duration) -> bool {
+        let mut wanted = self.plan.followed.state_after(self.next.checked_sub(1)).clone();
+        let start = self.plan.start(self.part);
+        if self
+            .plan
+            .check(self.part)
+            .is_some_and(|check| check.relative && (start..=check.pen_lines).contains(&self.next))
+        {
+            wanted.distance = Some(Distance::Incremental);
+        }
+        wanted.speed = wanted.speed.map(|speed| self.heights.level(speed));
+        let Some((wanted, found)) = report::difference(&wanted, found) else { return true };
+        let at = self.place();
+        self.stop(Fault::Garbled { at, wanted, found }, now);
+        false
     }
 
     /// The `ok` (or error) of a `$G`, or of something that was taken for it.
@@ -348,7 +375,14 @@ impl Grbl {
             }
             return;
         };
-        let off = self.off(found);
+        let mut off = self.off(found);
+        if off != [0.0; 3]
+            && let Some(other) = self.told.other_place(status)
+            && self.off(other) == [0.0; 3]
+        {
+            self.told.take_other_origin();
+            off = [0.0; 3];
+        }
         let right = off.iter().all(|off| *off == 0.0);
         let Some(checking) = &mut self.checking else { return };
         match (early, right) {
@@ -356,7 +390,12 @@ impl Grbl {
             (false, true) => self.finish_check(now),
             (false, false) => {
                 checking.misses += 1;
-                if checking.misses < MISPLACED_MAX {
+                // The place of the origin may have been mangled on the way, and is told now and then only.
+                let origin_told = matches!(status.position, Some(Place::Work(_)))
+                    || self.told.origins_told != checking.origins_told
+                    || checking.misses > WITHOUT_ORIGIN_MAX;
+                if checking.misses < MISPLACED_MAX || !origin_told {
+                    checking.asked = 0;
                     self.ask_place(now);
                 } else {
                     let fault = self.misplaced(off);
@@ -408,8 +447,7 @@ impl Grbl {
             .map(|(line, text)| explain::Line {
                 text,
                 relative: check.relative && line < check.pen_lines
-                    || self.plan.followed.state_after(Some(line)).distance
-                        == Some(crate::trace::gcode::Distance::Incremental),
+                    || self.plan.followed.state_after(Some(line)).distance == Some(Distance::Incremental),
                 before: line
                     .checked_sub(1)
                     .and_then(|line| self.plan.followed.trace.steps.get(line))

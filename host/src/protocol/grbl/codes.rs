@@ -63,6 +63,12 @@ pub(super) fn alarm(code: u32) -> &'static str {
     }
 }
 
+/// Whether a word is one of the states of GRBL and its kin, other than idle; anything else in a report is noise.
+#[must_use]
+pub(super) fn is_busy_state(state: &str) -> bool {
+    matches!(state, "Alarm" | "Run" | "Jog" | "Home" | "Hold" | "Door" | "Check" | "Sleep" | "Tool")
+}
+
 /// What to do about a state in which a job cannot begin.
 #[must_use]
 pub(super) fn advice(state: &str) -> &'static str {

@@ -67,6 +67,9 @@ const RESET: u8 = 0x18;
 const BARRIER: &str = "G4P0.01";
 /// Asks for the state of the interpreter, in its turn among the lines.
 const QUERY: &str = "$G";
+/// Times that it is asked before the job: a controller that does not answer may not know it, or a byte was lost.
+const ASK_MODAL_MAX: u32 = 3;
+const UNVERIFIED: &str = "the plotter does not answer `$G`, so that what arrives there is not verified";
 /// Ends whatever a sender before us may have left half written, and makes an error of it rather than a motion.
 const BREAK: &str = "#";
 
@@ -121,6 +124,8 @@ pub struct Grbl {
     part: usize,
     /// Where the controller takes itself to be, in a part that is sent in differences.
     model: Option<Model>,
+    /// Whether the planner holds a block for each line of the part, so that its blocks tell how far the part is.
+    blocks_count: bool,
     checking: Option<Checking>,
     /// What the controller tells of itself.
     told: Told,
@@ -183,8 +188,16 @@ struct Told {
     steps_per_mm: [Option<f64>; 3],
     /// Millimetres in a unit of reports ($13).
     unit_mm: f64,
+    /// Blocks of the planner.
+    blocks: Option<usize>,
+    /// Times that `$G` was asked before the job.
+    asked: u32,
     /// `WCO`, in mm.
     origin: Option<[f64; 3]>,
+    /// Another one that was told once since.
+    other_origin: Option<[f64; 3]>,
+    /// How often it was told.
+    origins_told: u32,
     /// Whether it computes positions with 64 bits.
     double: bool,
 }
@@ -214,6 +227,7 @@ impl Grbl {
             at_rest: false,
             part: 0,
             model: None,
+            blocks_count: false,
             checking: None,
             told: Told { unit_mm: 1.0, ..Told::default() },
             pause: None,
@@ -272,6 +286,7 @@ impl Grbl {
     fn ask_status(&mut self, now: Duration) {
         self.realtime(STATUS);
         self.watch.last_poll = now;
+        self.watch.answered_at_poll = self.answered;
     }
 
     fn send(&mut self, text: &str, what: What, now: Duration) {
@@ -423,9 +438,11 @@ impl Grbl {
 
     fn build_options(&mut self, rest: &str) {
         // [OPT:V,15,128]: letters, planner blocks, receive buffer. FluidNC leaves the numbers out.
-        let told = rest.split(',').nth(2).and_then(|bytes| bytes.trim().parse::<usize>().ok());
-        if let (Phase::Probing, Some(bytes @ 2..)) = (self.phase, told) {
+        let mut told = rest.split(',').skip(1).map(|number| number.trim().parse::<usize>().ok());
+        let (blocks, bytes) = (told.next().flatten(), told.next().flatten());
+        if let (Phase::Probing, Some(bytes @ 2..)) = (self.phase, bytes) {
             self.rx_limit = bytes - 1;
+            self.told.blocks = blocks;
         }
     }
 
@@ -437,8 +454,12 @@ impl Grbl {
             return self.fail(fault);
         }
         let verified = self.told.modal.is_some();
+        if !verified {
+            self.events.push_back(Event::Message(UNVERIFIED.to_owned()));
+        }
         // Where the pen is must be told by the job, so that it is verified before anything moves.
-        let before = Modal { speed: None, spindle: None, ..self.told.modal.clone().unwrap_or_default() };
+        let told = self.told.modal.clone().unwrap_or_default();
+        let before = Modal { speed: None, spindle: None, coordinates: None, ..told };
         let followed = follow(&self.job, &self.options.machine, &before, Position::UNKNOWN);
         self.plan = Plan::new(&self.job, followed, self.options.line_limit, verified);
         self.stream(now);
@@ -493,6 +514,7 @@ impl Grbl {
                 return;
             }
             if self.next == self.plan.start(self.part) {
+                self.blocks_count = self.plan.has_a_block_a_line(self.part, self.told.steps_per_mm);
                 let origin = self.told.origin.unwrap_or_default();
                 self.model = self.plan.model(self.part, [origin[0], origin[1]], self.told.double);
             }
@@ -580,8 +602,16 @@ impl Protocol for Grbl {
                 }
             }
             Phase::Probing => {
+                if self.watch.poll_is_due(now) && !self.on_the_way.is_empty() {
+                    self.ask_status(now);
+                }
                 if self.run_errands(now) {
-                    self.begin(now);
+                    if self.told.modal.is_none() && self.told.asked < ASK_MODAL_MAX {
+                        self.told.asked += 1;
+                        self.send(QUERY, What::Errand, now);
+                    } else {
+                        self.begin(now);
+                    }
                 } else if now.saturating_sub(self.watch.last_heard) > SILENCE_MAX {
                     let baud = self.options.baud;
                     self.fail(Fault::NoAnswer { baud });

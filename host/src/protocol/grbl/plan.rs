@@ -148,6 +148,16 @@ impl Plan {
         Some(Model::new([start.x, start.y], origin, double))
     }
 
+    /// Whether each line of the stroke that this check ends is at least one block of the planner, which drops those shorter than
+    /// a step.
+    pub(super) fn has_a_block_a_line(&self, index: usize, steps_per_mm: [Option<f64>; 3]) -> bool {
+        let (Some(check), [Some(x), Some(y), _]) = (self.checks.get(index), steps_per_mm) else { return false };
+        let lines = self.followed.trace.steps.get(self.start(index)..check.pen_lines).unwrap_or_default();
+        // Along the diagonal, with a step of rounding at both ends.
+        let least = 3.0 / x.min(y);
+        check.relative && lines.iter().all(|step| step.ink_mm > least)
+    }
+
     /// What is sent for a line of the part that the check of this index ends.
     pub(super) fn text(&self, job: &Job, line: usize, check: usize, model: &mut Option<Model>) -> String {
         let (Some(Line { text, .. }), Some(part)) = (job.lines().get(line), self.checks.get(check)) else {

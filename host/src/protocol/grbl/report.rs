@@ -16,6 +16,8 @@ pub(super) struct Status {
     pub(super) detail: String,
     /// Where the machine is, in the units of reports.
     pub(super) position: Option<Place>,
+    /// First number of `Bf`: blocks of the planner that are free.
+    pub(super) blocks_free: Option<usize>,
     /// `WCO`: place of the job's origin in machine coordinates, in the units of reports.
     pub(super) offset: Option<[f64; AXES]>,
 }
@@ -38,13 +40,15 @@ pub(super) fn status(line: &str) -> Option<Status> {
     if state.is_empty() || !state.bytes().all(|byte| byte.is_ascii_alphabetic()) {
         return None;
     }
-    let mut status = Status { state: state.to_owned(), detail: detail.to_owned(), position: None, offset: None };
+    let (state, detail) = (state.to_owned(), detail.to_owned());
+    let mut status = Status { state, detail, position: None, blocks_free: None, offset: None };
     for field in fields {
         // A field that a doubled or changed byte has made unknown is left aside, like those of other controllers.
         let Some((name, values)) = field.split_once(':') else { continue };
         match name {
             "MPos" => status.position = Some(Place::Machine(vector(values)?)),
             "WPos" => status.position = Some(Place::Work(vector(values)?)),
+            "Bf" => status.blocks_free = values.split(',').next().and_then(|free| free.parse().ok()),
             "WCO" => status.offset = Some(vector(values)?),
             _ => {}
         }
@@ -180,6 +184,7 @@ mod tests {
         let first = status(table[0].0).unwrap();
         assert_eq!(first.position, Some(Place::Machine([1.0, -2.5, 0.0])));
         assert_eq!(first.offset, Some([0.1, 0.0, 0.0]));
+        assert_eq!(first.blocks_free, Some(15));
         assert_eq!(status(table[1].0).unwrap().position, Some(Place::Work([1.0, -2.5, 0.0])));
     }
 

@@ -44,6 +44,10 @@ fn options() -> Options {
     }
 }
 
+fn unverified() -> Event {
+    Event::Message(UNVERIFIED.to_owned())
+}
+
 fn grbl(gcode: &str) -> Grbl {
     Grbl::new(Job::new(gcode, 79).unwrap(), options())
 }
@@ -51,10 +55,14 @@ fn grbl(gcode: &str) -> Grbl {
 /// The conversation up to the first line of the job, with the default buffer.
 fn started(gcode: &str) -> (Grbl, u64) {
     let mut grbl = grbl(gcode);
-    let at = talk(&mut grbl, 0, &[In(BANNER), In(IDLE), In("error:1\r\nok\r\nok\r\nerror:3\r\n")]);
+    let at = talk(
+        &mut grbl,
+        0,
+        &[In(BANNER), In(IDLE), In("error:1\r\nok\r\nok\r\nerror:3\r\nerror:3\r\nerror:3\r\n"), Says(unverified())],
+    );
     let out = grbl.take_output();
-    assert!(out.starts_with(b"?#\n$I\n$$\n$G\n"), "{:?}", String::from_utf8_lossy(&out));
-    grbl.output = out[b"?#\n$I\n$$\n$G\n".len()..].to_vec();
+    assert!(out.starts_with(b"?#\n$I\n$$\n$G\n$G\n$G\n"), "{:?}", String::from_utf8_lossy(&out));
+    grbl.output = out[b"?#\n$I\n$$\n$G\n$G\n$G\n".len()..].to_vec();
     (grbl, at)
 }
 
@@ -116,8 +124,9 @@ fn a_job_from_banner_to_barrier() {
             Out("$$\n"),
             In("$0=10\r\n$32=0\r\nok\r\n"),
             Out("$G\n"),
-            In("error:3\r\n"),
-            Out("G21\nG1X1\n"),
+            In("error:3\r\nerror:3\r\nerror:3\r\n"),
+            Says(unverified()),
+            Out("$G\n$G\nG21\nG1X1\n"),
             In("ok\r\n"),
             Out(""),
             In("ok\r\n"),
@@ -147,8 +156,8 @@ fn without_a_banner_it_asks_for_the_status() {
             In("error:1\r\n"),
             Out("$I\n"),
             In("error:3\n"),
-            In("error:3\nok\n"),
-            Out("$$\n$G\nG0\n"),
+            In("error:3\nok\nok\nok\n"),
+            Out("$$\n$G\n$G\n$G\nG0\n"),
         ],
     );
 }
@@ -192,7 +201,7 @@ fn a_servo_in_laser_mode_is_refused() {
     let steps = [In(BANNER), In(IDLE), In("ok\nok\n"), In("$32=1\nok\n"), Fails(&["$32=0"])];
     talk(&mut grbl("G0"), 0, &steps);
     let mut z = Grbl::new(Job::new("G0", 79).unwrap(), Options { servo: false, ..options() });
-    talk(&mut z, 0, &[In(BANNER), In(IDLE), In("ok\nok\n$32=1\nok\nok\n"), Out("#\n$I\n$$\n$G\nG0\n")]);
+    talk(&mut z, 0, &[In(BANNER), In(IDLE), In("ok\nok\n$32=1\nok\nok\nok\nok\n"), Out("#\n$I\n$$\n$G\n$G\n$G\nG0\n")]);
 }
 
 #[test]
@@ -217,9 +226,9 @@ fn a_buffer_too_small_for_a_line_is_refused() {
     let steps = [
         In(BANNER),
         In(IDLE),
-        In("ok\n[OPT:V,15,64]\nok\nok\nok\n"),
+        In("ok\n[OPT:V,15,64]\nok\nok\nok\nok\nok\n"),
         Fails(&["line 2", "73", "62"]),
-        Out("#\n$I\n$$\n$G\n"),
+        Out("#\n$I\n$$\n$G\n$G\n$G\n"),
     ];
     talk(&mut grbl, 0, &steps);
 }

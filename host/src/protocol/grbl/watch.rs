@@ -7,6 +7,11 @@ use super::{Event, Fault, Grbl, Hold, Phase, Protocol, QUERY, SILENCE_MAX, Told,
 
 /// Time between status requests: five a second is the most that does not hold up the controller.
 const POLL_INTERVAL: Duration = Duration::from_millis(250);
+/// Lines that may be in the step generator's buffer: GRBL's holds 6 pieces of blocks, grblHAL's 10; and the planner keeps one
+/// block free.
+const IN_STEPS: usize = 16;
+/// Time for the answer of a probe, while the controller reports to be idle.
+const PROBE_WAIT: Duration = Duration::from_secs(2);
 /// Time for homing and the like, during which GRBL answers nothing.
 const SILENCE_MAX_AT_REST: Duration = Duration::from_secs(180);
 /// An idle controller that owes an answer for so long, beyond the longest dwell, is asked what it has taken.
@@ -25,6 +30,8 @@ const HELD_MAX: Duration = Duration::from_secs(3600);
 pub(super) struct Watch {
     pub(super) last_heard: Duration,
     pub(super) last_poll: Duration,
+    /// Lines that were answered when the status was asked for last.
+    pub(super) answered_at_poll: usize,
     /// When a line was answered last, and the time before.
     answered_at: Duration,
     pub(super) answered_before: Duration,
@@ -69,12 +76,39 @@ impl Watch {
 }
 
 impl Told {
+    /// The place of the job's origin is told. A report may be mangled: another place than before is believed when it is told
+    /// again, or when it explains where the machine is.
+    fn origin_told(&mut self, origin: [f64; 3]) {
+        let origin = origin.map(|value| value * self.unit_mm);
+        if self.origin.is_none_or(|known| known == origin) || self.other_origin == Some(origin) {
+            self.origin = Some(origin);
+            self.other_origin = None;
+        } else {
+            self.other_origin = Some(origin);
+        }
+        self.origins_told = self.origins_told.saturating_add(1);
+    }
+
+    /// Takes the other origin for the right one.
+    pub(super) fn take_other_origin(&mut self) {
+        self.origin = self.other_origin.take().or(self.origin);
+    }
+
     /// Where the machine is from the job's origin, mm; none while the report does not tell, or the origin is not known.
     pub(super) fn place(&self, status: &Status) -> Option<[f64; 3]> {
+        self.place_from(status, self.origin)
+    }
+
+    /// The same, if the other origin is the right one.
+    pub(super) fn other_place(&self, status: &Status) -> Option<[f64; 3]> {
+        self.place_from(status, Some(self.other_origin?))
+    }
+
+    fn place_from(&self, status: &Status, origin: Option<[f64; 3]>) -> Option<[f64; 3]> {
         match status.position? {
             Place::Work(at) => Some(at.map(|value| value * self.unit_mm)),
             Place::Machine(at) => {
-                let origin = self.origin?;
+                let origin = origin?;
                 Some([0, 1, 2].map(|axis| at[axis] * self.unit_mm - origin[axis]))
             }
         }
@@ -84,7 +118,7 @@ impl Told {
 impl Grbl {
     pub(super) fn status(&mut self, status: &Status, now: Duration) {
         if let Some(origin) = status.offset {
-            self.told.origin = Some(origin.map(|value| value * self.told.unit_mm));
+            self.told.origin_told(origin);
         }
         if status.position != self.watch.place {
             self.watch.place = status.position;
@@ -94,14 +128,16 @@ impl Grbl {
         match self.phase {
             Phase::Asking { .. } => {
                 if name == "Idle" {
-                    self.errands = [super::BREAK, "$I", "$$", QUERY].map(str::to_owned).into();
+                    self.errands = [super::BREAK, "$I", "$$"].map(str::to_owned).into();
                     self.enter(Phase::Probing, now);
-                } else {
+                } else if codes::is_busy_state(name) {
                     self.fail(Fault::NotReady { state: state_text(status), advice: codes::advice(name) });
                 }
             }
+            Phase::Probing if name == "Idle" => self.skip_lost_probe(now),
             Phase::Streaming if name == "Alarm" => self.alarm("that it did not tell"),
             Phase::Streaming => {
+                self.count_blocks(status);
                 self.state_in_job(name, detail, now);
                 if self.hold.is_none() && self.phase == Phase::Streaming && name != "Hold" && name != "Door" {
                     self.place_reported(status, now);
@@ -109,6 +145,21 @@ impl Grbl {
             }
             Phase::Holding if name != "Run" && (name != "Hold" || detail != "1") => self.reset(now),
             _ => {}
+        }
+    }
+
+    /// What is executed of a stroke: lines that were answered before the report was asked for are planned, and those that the
+    /// planner does not hold any more are drawn, but for the few that were handed to the step generator.
+    fn count_blocks(&mut self, status: &Status) {
+        let (Some(blocks), Some(free), true) = (self.told.blocks, status.blocks_free, self.blocks_count) else {
+            return;
+        };
+        let Some(check) = self.plan.check(self.part) else { return };
+        let held = blocks.saturating_sub(free) + IN_STEPS;
+        let planned = self.watch.answered_at_poll.min(check.pen_lines);
+        let executed = planned.saturating_sub(held);
+        if self.checking.is_none() && executed > self.plan.start(self.part) {
+            self.executed = self.executed.max(executed);
         }
     }
 
@@ -142,6 +193,13 @@ impl Grbl {
             }
         } else {
             self.watch.held_since = None;
+        }
+    }
+
+    /// The controller is idle: a probe that it has not answered by now was lost, or its answer was.
+    fn skip_lost_probe(&mut self, now: Duration) {
+        if self.on_the_way.front().is_some_and(|sent| now.saturating_sub(sent.at) > PROBE_WAIT) {
+            self.forget_on_the_way();
         }
     }
 

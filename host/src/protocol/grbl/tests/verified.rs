@@ -101,7 +101,7 @@ fn a_place_seen_in_the_dwell_need_not_be_asked_for_again() {
 fn a_wrong_place_stops_with_the_line() {
     let (mut grbl, at) = lifted();
     // The line with 20.125 lost its 1.
-    let wrong = "<Idle|MPos:30.500,40.025,0.000|FS:0,0>\r\n<Idle|MPos:30.500,40.025,0.000|FS:0,0>\r\n";
+    let wrong = "<Idle|WPos:30.500,40.025,0.000|FS:0,0>\r\n<Idle|WPos:30.500,40.025,0.000|FS:0,0>\r\n";
     talk(
         &mut grbl,
         at,
@@ -378,4 +378,91 @@ fn an_error_behind_a_lost_line_end_is_one() {
     let (mut grbl, at) = started_verified(STROKE);
     talk(&mut grbl, at, &[In("[MSG:error: none]\r\n>G5:error:20\r\n"), Says(Event::Message("error: none".into()))]);
     assert_eq!(grbl.phase, Phase::Streaming);
+}
+
+#[test]
+fn probes_are_asked_again() {
+    // Two answers are lost, and the first of `$G` is mangled.
+    let mut grbl = grbl("G21\n");
+    let mut at = talk(&mut grbl, 0, &[In(BANNER), In("<Idxe|MPos:0,0,0>\r\n"), In(IDLE), Wait(2_300), In(IDLE)]);
+    at = talk(&mut grbl, at, &[In("ok\r\n"), Wait(2_300), In(IDLE)]);
+    talk(
+        &mut grbl,
+        at,
+        &[In("[GC:G0 G54 G17 G2?]\r\nok\r\n"), Out("#\n$I\n$$\n$G\n$G\n"), In(STATE), Out("G21\nG4P0.01\n$G\n")],
+    );
+    assert_eq!(grbl.take_event(), None);
+}
+
+#[test]
+fn a_mangled_origin_is_not_believed() {
+    let (mut grbl, at) = lifted();
+    let mangled = "<Idle|MPos:30.500,40.125,0.000|FS:0,0|WCO:0.000,4.000,0.000>\r\n";
+    talk(&mut grbl, at, &[In(DRAWN), In(mangled), Out("G0X0Y0\nG4P0.01\n$G\n")]);
+    // It was mangled when it was told first: nothing is wrong until it is told again.
+    let (mut grbl, mut at) = lifted();
+    grbl.told.origin = Some([0.0, 4.0, 0.0]);
+    at = talk(&mut grbl, at, &[In(DRAWN)]);
+    for _ in 0..20 {
+        at = talk(&mut grbl, at, &[In(AT_END)]);
+    }
+    let told = "<Idle|MPos:30.500,40.125,0.000|FS:0,0|WCO:0.000,0.000,0.000>\r\n";
+    talk(&mut grbl, at, &[In(told), Out("G0X0Y0\nG4P0.01\n$G\n")]);
+}
+
+#[test]
+fn a_restart_without_a_banner_is_noticed() {
+    let long: String = (0..60).map(|k| format!("G1X{}.125Y20.25\n", 11 + k)).collect();
+    let job = STROKE.replace("G1X30.5Y40.125\n", &long);
+    let (mut grbl, at) = started_verified(&job);
+    let mut at = talk(
+        &mut grbl,
+        at,
+        &[
+            In("ok\r\n"),
+            Wait(150),
+            In("ok\r\n"),
+            In(UP),
+            In("ok\r\nok\r\n"),
+            Wait(200),
+            In("ok\r\n"),
+            In(DOWN),
+            In(AT_START),
+        ],
+    );
+    let sent: Vec<u8> = grbl.take_output().into_iter().filter(|byte| *byte != b'?').collect();
+    assert!(sent.ends_with(b"X1Y0\nX1Y0\n"), "{}", String::from_utf8_lossy(&sent));
+    for _ in 0..3 {
+        at = talk(&mut grbl, at, &[In(AT_ZERO), Wait(600)]);
+    }
+    let steps = [
+        Out("$G\n"),
+        In(STATE),
+        Out("!"),
+        In(AT_ZERO),
+        In(BANNER),
+        In("ok\r\n"),
+        Wait(1),
+        Fails(&["G90 and not G91", "line 6"]),
+    ];
+    talk(&mut grbl, at, &steps);
+}
+
+#[test]
+fn free_blocks_tell_how_far_a_stroke_is() {
+    let mut grbl = grbl(&STROKE.replace("G1X30.5Y40.125\n", &"G1X12Y20.25\nG1X13Y20\n".repeat(40)));
+    let mut at = talk(&mut grbl, 0, &[In(BANNER), In(IDLE), In("error:1\n[OPT:V,15,128]\nok\n$100=80\n$101=80\nok\n")]);
+    at = talk(&mut grbl, at, &[In(STATE), In("ok\n"), Wait(150), In("ok\n"), In(UP), In("ok\nok\n"), Wait(200)]);
+    at = talk(&mut grbl, at, &[In("ok\n"), In(DOWN), In("<Idle|WPos:10.000,20.000,0.000>\n")]);
+    assert_eq!(grbl.progress().executed, 5);
+    for _ in 0..60 {
+        at = talk(&mut grbl, at, &[In("ok\n")]);
+    }
+    assert_eq!((grbl.progress().acknowledged, grbl.progress().executed), (65, 5));
+    // Not before it was asked for since.
+    let told = "<Run|WPos:12.000,20.000,0.000|Bf:5,100>\n";
+    at = talk(&mut grbl, at, &[In(told)]);
+    assert_eq!(grbl.progress().executed, 5);
+    talk(&mut grbl, at, &[Wait(300), In(told)]);
+    assert_eq!(grbl.progress().executed, 65 - 10 - 16);
 }
