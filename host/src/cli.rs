@@ -5,6 +5,7 @@ use thiserror::Error as ThisError;
 
 use crate::args::DrawArgs;
 use crate::command;
+use crate::command::console::ConsoleError;
 use crate::command::devices::DevicesError;
 use crate::command::plot::PlotError;
 use crate::command::ports::PortsError;
@@ -31,6 +32,8 @@ enum Command {
     Scene(command::scene::SceneArgs),
     /// Offer a simulated plotter to other programs
     Simulate(command::simulate::SimulateArgs),
+    /// Type at a plotter, and see what it answers
+    Console(command::console::ConsoleArgs),
     /// List the serial ports
     Ports(command::ports::PortsArgs),
     /// List the plotters, or print the profile of one
@@ -49,6 +52,7 @@ impl Cli {
             Command::Plot(args) => command::plot::run(args)?,
             Command::Scene(args) => command::scene::run(args)?,
             Command::Simulate(args) => command::simulate::run(args)?,
+            Command::Console(args) => command::console::run(args)?,
             Command::Ports(args) => command::ports::run(args)?,
             Command::Devices(args) => command::devices::run(args)?,
         }
@@ -72,6 +76,9 @@ pub enum CliError {
     /// From `penvis simulate`.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
+    /// From `penvis console`.
+    #[error(transparent)]
+    Console(#[from] ConsoleError),
     /// From `penvis ports`.
     #[error(transparent)]
     Ports(#[from] PortsError),

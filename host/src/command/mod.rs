@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+pub mod console;
 pub mod devices;
 pub mod draw;
 pub mod info;

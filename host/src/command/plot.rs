@@ -27,6 +27,7 @@ use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPo
 use crate::stats::Stats;
 use crate::stream::{self, Course, Interface, StreamError, User};
 
+pub(super) use port::open;
 pub use resume::ResumeError;
 
 /// Device for HPGL files, when none is asked for.

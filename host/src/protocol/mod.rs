@@ -289,3 +289,32 @@ pub enum Fault {
         at: Place,
     },
 }
+
+impl Fault {
+    /// Gives the pieces that it names other numbers.
+    pub fn renumber(&mut self, number: &dyn Fn(usize) -> usize) {
+        match self {
+            Self::Refused { at, .. }
+            | Self::Alarm { at, .. }
+            | Self::Restarted { at }
+            | Self::Silent { at, .. }
+            | Self::Lost { at }
+            | Self::Garbled { at, .. }
+            | Self::Motionless { at, .. }
+            | Self::Noise { at }
+            | Self::Cancelled { at } => at.number = number(at.number),
+            Self::Misplaced { first, last, at, .. } => {
+                (*first, *last) = (number(*first), number(*last));
+                if let Some(at) = at {
+                    at.number = number(at.number);
+                }
+            }
+            Self::Astray { first, last, .. } => (*first, *last) = (number(*first), number(*last)),
+            Self::NoAnswer { .. }
+            | Self::NotReady { .. }
+            | Self::LaserMode
+            | Self::LineTooLong { .. }
+            | Self::Reported { .. } => {}
+        }
+    }
+}

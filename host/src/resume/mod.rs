@@ -1,16 +1,19 @@
 //! Goes on with a job that was broken off: what is left of it, begun in the state in which it stopped.
 //!
-//! Three questions are answered, each in a module of its own: *what* is to be sent ([`gcode`]), *where* the pen is now
+//! Three questions are answered, each in a module of its own: *what* is to be sent ([`gcode`], [`hpgl`]), *where* the pen is now
 //! ([`locate`]), and whether that is a place on the way of the job ([`way`]).
 //!
 //! The rule is that nothing is left out. Where it is not known exactly how the machine stood after the last piece that was
 //! executed, the job goes on from the last piece of which it is known; what lies between is drawn twice.
 
 pub mod gcode;
+pub mod hpgl;
 pub mod locate;
+mod renumber;
 pub mod way;
 mod whole;
 
+pub use renumber::Renumbered;
 pub use whole::Whole;
 
 /// What is left of a job.
@@ -25,12 +28,6 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// The whole job.
-    #[must_use]
-    pub fn whole(job: &[u8]) -> Self {
-        Self { job: job.to_vec(), added: 0, skipped: 0 }
-    }
-
     /// From pieces of what is sent to pieces of the whole job.
     #[must_use]
     pub fn of_whole(&self, pieces: usize) -> usize {

@@ -2,30 +2,24 @@
 
 use std::time::Duration;
 
-use super::{Rest, gcode};
-use crate::device::{Device, Language};
+use super::{Rest, gcode, hpgl};
+use crate::device::{Device, Gcode, Hpgl, Language};
 use crate::journal::Reached;
-use crate::protocol::{JobError, grbl};
-use crate::trace::Step;
+use crate::protocol::{self, JobError, grbl};
 use crate::trace::gcode::{Followed, Machine, follow};
-use crate::trace::{Position, Trace};
+use crate::trace::{self, Position, Step, Trace};
 
 /// A job that can be told where it is, and from where it goes on.
 #[derive(Clone, Debug)]
 pub struct Whole {
-    bytes: Vec<u8>,
     device: Device,
     course: Course,
 }
 
 #[derive(Clone, Debug)]
 enum Course {
-    Gcode {
-        job: grbl::Job,
-        followed: Followed,
-    },
-    /// Of which nothing is followed.
-    Other,
+    Gcode { job: grbl::Job, language: Gcode, followed: Followed },
+    Hpgl { job: protocol::hpgl::Job, language: Hpgl, trace: Trace },
 }
 
 impl Whole {
@@ -34,24 +28,34 @@ impl Whole {
     /// # Errors
     /// [`JobError`]: it is none.
     pub fn new(bytes: &[u8], device: &Device) -> Result<Self, JobError> {
-        let course = match (&device.language, Machine::of(device)) {
-            (Language::Grbl(gcode) | Language::Marlin(gcode), Some(machine)) => {
-                let job = grbl::Job::new(&String::from_utf8_lossy(bytes), gcode.line_limit)?;
+        let course = match &device.language {
+            Language::Grbl(language) | Language::Marlin(language) => {
+                let job = grbl::Job::new(&String::from_utf8_lossy(bytes), language.line_limit)?;
+                let machine = Machine::new(device, language);
                 let followed = follow(&job, &machine, &machine.before(), Position::UNKNOWN);
-                Course::Gcode { job, followed }
+                Course::Gcode { job, language: language.clone(), followed }
             }
-            _ => Course::Other,
+            Language::Hpgl(language) => {
+                let job = protocol::hpgl::Job::new(bytes)?;
+                let trace = trace::hpgl::follow(&job, device, language);
+                Course::Hpgl { job, language: language.clone(), trace }
+            }
         };
-        Ok(Self { bytes: bytes.to_vec(), device: device.clone(), course })
+        Ok(Self { device: device.clone(), course })
     }
 
-    /// What each piece does; empty where that is not known.
+    /// What each piece does.
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         match &self.course {
-            Course::Gcode { followed: Followed { trace: Trace { steps }, .. }, .. } => steps,
-            Course::Other => &[],
+            Course::Gcode { followed: Followed { trace, .. }, .. } | Course::Hpgl { trace, .. } => &trace.steps,
         }
+    }
+
+    /// Whether pieces are counted as they come, and have no numbers of their own.
+    #[must_use]
+    pub fn counts(&self) -> bool {
+        matches!(self.course, Course::Hpgl { .. })
     }
 
     /// The longest time that it has the plotter stand still by itself.
@@ -59,7 +63,7 @@ impl Whole {
     pub fn longest_dwell(&self) -> Duration {
         match &self.course {
             Course::Gcode { job, .. } => job.longest_dwell(),
-            Course::Other => Duration::ZERO,
+            Course::Hpgl { .. } => Duration::ZERO,
         }
     }
 
@@ -89,12 +93,11 @@ impl Whole {
     /// pen that the plotter holds.
     #[must_use]
     pub fn rest(&self, executed: usize, overlap_mm: f64, pen: u32) -> Rest {
-        match (&self.course, self.device.language.gcode()) {
-            (Course::Gcode { job, followed }, Some(language)) => {
+        match &self.course {
+            Course::Gcode { job, language, followed } => {
                 gcode::rest(job, followed, executed, overlap_mm, &self.device, language, pen)
             }
-            // From the beginning: all of it is drawn again, and nothing is left out.
-            _ => Rest::whole(&self.bytes),
+            Course::Hpgl { job, language, .. } => hpgl::rest(job, executed, overlap_mm, &self.device, language),
         }
     }
 }

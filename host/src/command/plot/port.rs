@@ -37,14 +37,19 @@ pub(super) struct Line<'a> {
 impl Line<'_> {
     /// Opens the port.
     pub(super) fn open(&self) -> Result<Box<dyn SerialPort>, PlotError> {
-        let flow = match self.device.flow {
-            Flow::None => FlowControl::None,
-            Flow::XonXoff => FlowControl::Software,
-            Flow::RtsCts => FlowControl::Hardware,
-        };
-        let opened = serialport::new(self.path, self.baud).flow_control(flow).open();
-        opened.map_err(|source| PlotError::Open { port: self.path.to_owned(), source })
+        open(self.path, self.baud, self.device)
     }
+}
+
+/// Opens a port as a device wants it.
+pub(crate) fn open(path: &str, baud: u32, device: &Device) -> Result<Box<dyn SerialPort>, PlotError> {
+    let flow = match device.flow {
+        Flow::None => FlowControl::None,
+        Flow::XonXoff => FlowControl::Software,
+        Flow::RtsCts => FlowControl::Hardware,
+    };
+    let opened = serialport::new(path, baud).flow_control(flow).open();
+    opened.map_err(|source| PlotError::Open { port: path.to_owned(), source })
 }
 
 /// Where the journal of these jobs is: beside the file for a plotter, and for models in the current folder, under their names.

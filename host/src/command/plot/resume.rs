@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::journal::{self, EXTENSION, Journal};
 use crate::protocol;
 use crate::resume::locate::{Found, Locate};
-use crate::resume::{Whole, way};
+use crate::resume::{Renumbered, Whole, way};
 use crate::sim::SimName;
 use crate::stream::{self, Course, Interface, Observer, User, WallClock};
 
@@ -98,7 +98,10 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
     }
     let rest = whole.rest(executed, args.overlap, pen);
     let baud = args.baud.unwrap_or(contents.head.baud);
-    let conversation = protocol::start(&rest.job, &device, baud).map_err(job_error)?;
+    let mut conversation = protocol::start(&rest.job, &device, baud).map_err(job_error)?;
+    if whole.counts() {
+        conversation.protocol = Box::new(Renumbered::new(conversation.protocol, &rest));
+    }
     let line = Line { path: &args.port, baud, device: &device };
     let mut port = line.open()?;
     let mut interface = Interface::new(User::Present, Course::new(whole.steps()), args.json);
