@@ -300,6 +300,7 @@ impl Fault {
             | Self::Silent { at, .. }
             | Self::Lost { at }
             | Self::Garbled { at, .. }
+            | Self::Complaint { at, .. }
             | Self::Motionless { at, .. }
             | Self::Noise { at }
             | Self::Cancelled { at } => at.number = number(at.number),
