@@ -28,6 +28,13 @@ pub struct Rest {
 }
 
 impl Rest {
+    /// Puts a line of G-code before all others, with the number of the first.
+    pub fn begin_with(&mut self, line: &str) {
+        let at = self.job.iter().position(|byte| *byte != b'\n').unwrap_or(self.job.len());
+        self.job.splice(at..at, line.bytes().chain([b'\r']));
+        self.added += 1;
+    }
+
     /// From pieces of what is sent to pieces of the whole job.
     #[must_use]
     pub fn of_whole(&self, pieces: usize) -> usize {

@@ -78,7 +78,9 @@ impl Whole {
     pub fn homing(&self) -> Option<&str> {
         let Course::Gcode { job, .. } = &self.course else { return None };
         let drawn = self.steps().iter().position(|step| step.ink_mm > 0.0).unwrap_or(job.lines().len());
-        job.lines().iter().take(drawn).map(|line| line.text.as_str()).find(|text| text.starts_with("$H"))
+        let marlin = matches!(self.device.language, Language::Marlin(_));
+        let homes = |text: &&str| text.starts_with("$H") || marlin && text.starts_with("G28") && !text.contains('.');
+        job.lines().iter().take(drawn).map(|line| line.text.as_str()).find(homes)
     }
 
     /// How far it is when `pieces` of it are executed.

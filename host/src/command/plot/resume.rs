@@ -96,7 +96,13 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
         eprintln!("{name}: all of it was plotted");
         return Ok(journal.remove()?);
     }
-    let rest = whole.rest(executed, args.overlap, pen);
+    let mut rest = whole.rest(executed, args.overlap, pen);
+    let mut interface = Interface::new(User::Present, Course::new(whole.steps()), args.json);
+    if let Language::Marlin(_) = device.language {
+        for line in marlin_lines(&name, &whole, &device, args.at_zero, &mut interface)?.iter().rev() {
+            rest.begin_with(line);
+        }
+    }
     let baud = args.baud.unwrap_or(contents.head.baud);
     let mut conversation = protocol::start(&rest.job, &device, baud).map_err(job_error)?;
     if whole.counts() {
@@ -104,7 +110,6 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
     }
     let line = Line { path: &args.port, baud, device: &device };
     let mut port = line.open()?;
-    let mut interface = Interface::new(User::Present, Course::new(whole.steps()), args.json);
     check_user(&name, &conversation, &interface)?;
     let pieces = contents.head.pieces;
     interface
@@ -119,6 +124,35 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
         journal,
         &mut interface,
     )
+}
+
+/// Lines with which a Marlin plotter knows where its pen is: it does not tell whether it has restarted, and so it is homed, if
+/// the job homes it, or its user says that the pen is at the zero.
+fn marlin_lines(
+    name: &str,
+    whole: &Whole,
+    device: &Device,
+    at_zero: bool,
+    interface: &mut Interface,
+) -> Result<Vec<String>, PlotError> {
+    let pen = device.language.gcode();
+    let on_z = pen.is_some_and(|gcode| matches!(gcode.pen, Pen::Z { .. }));
+    // A pen on Z would go to a height that is as unknown as the rest.
+    let mut lines = pen.filter(|_| !on_z).map(|gcode| gcode.pen_up()).unwrap_or_default();
+    if let (Some(homing), false) = (whole.homing(), at_zero) {
+        lines.push(homing.to_owned());
+        return Ok(lines);
+    }
+    if whole.shifts() {
+        return Err(ResumeError::OwnOrigin { name: name.to_owned() }.into());
+    }
+    let why = "Marlin does not tell whether it has restarted";
+    let asks = !at_zero && interface.answers();
+    if !(at_zero || asks && interface.prompt(&format!("{why}: bring the pen to the zero of the drawing"))) {
+        return Err(ResumeError::Lost { name: name.to_owned(), why }.into());
+    }
+    lines.push(if on_z { "G92X0Y0Z0" } else { "G92X0Y0" }.to_owned());
+    Ok(lines)
 }
 
 /// The journal that is meant.

@@ -122,6 +122,18 @@ fn the_right_pen_is_asked_for() {
 }
 
 #[test]
+fn a_line_put_before_the_rest_bears_the_number_of_the_first() {
+    let (device, gcode) = device("grbl-servo");
+    let (job, followed) = followed(TWO, &device);
+    let mut rest = rest(&job, &followed, 10, 0.0, &device, &gcode, 1);
+    let added = rest.added;
+    rest.begin_with("G28");
+    let again = Job::new(&String::from_utf8(rest.job).unwrap(), 79).unwrap();
+    assert_eq!((rest.added, again.lines()[0].text.as_str(), again.lines()[0].number), (added + 1, "G28", 11));
+    assert_eq!(again.lines()[rest.added..], job.lines()[10..]);
+}
+
+#[test]
 fn lines_keep_their_numbers() {
     let text = "G21G90\n\n(head)\nM3S0\r\nG0X1Y1\n\nG1X2F100\rX3\r\r\nX4\n";
     let (device, gcode) = device("grbl-servo");
