@@ -131,7 +131,11 @@ impl Known<'_> {
     fn preamble(&self, start: &Start, device: &Device, pen: u32) -> Vec<String> {
         let state = self.followed.state_after(start.line.checked_sub(1));
         let marlin = self.gcode.dialect == Dialect::Marlin;
-        let mut lines = vec!["G21".to_owned(), "G90".to_owned()];
+        // A Marlin that is built without inches knows neither G20 nor G21.
+        let units = |line: &Line| words(&line.text).any(|word| matches!(word, ('G', 20.0 | 21.0)));
+        let says_units = !marlin || self.job.lines().iter().any(units);
+        let mut lines = if says_units { vec!["G21".to_owned()] } else { Vec::new() };
+        lines.push("G90".to_owned());
         if !marlin {
             // Marlin is built without them, mostly.
             lines.extend(["G17".to_owned(), "G94".to_owned()]);
