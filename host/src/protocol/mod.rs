@@ -257,8 +257,9 @@ pub enum Fault {
     },
     /// The plotter is not where the job has led it.
     #[error(
-        "the plotter is {found}, and not {wanted}: a byte was lost or changed on the line in instructions {first} to {last}, and \
-         what is drawn of them is wrong; try a shorter cable or a lower --baud"
+        "the plotter is {found}, and not {wanted}: a byte was lost or changed on the line in {}, and what is drawn of it is wrong; \
+         try a shorter cable or a lower --baud",
+        if first == last { format!("instruction {first}") } else { format!("instructions {first} to {last}") }
     )]
     Astray {
         /// Number of the first instruction that may be at fault.

@@ -13,6 +13,17 @@ const BLOCK_MAX: usize = 512;
 /// Bits of a byte on the line.
 const BITS: f64 = 10.0;
 
+/// What an answer to `ESC.B` comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Free {
+    /// More is free than was known.
+    More,
+    /// More may be free; the next answer decides.
+    Unconfirmed,
+    /// No more is free than was known.
+    Same,
+}
+
 /// Bytes on their way to a plotter.
 #[derive(Debug)]
 pub(super) struct Flow {
@@ -23,6 +34,8 @@ pub(super) struct Flow {
     /// Bytes that were sent, and those of them that have left the buffer for certain.
     sent: u64,
     consumed: u64,
+    /// Bytes that have left the buffer as the last `ESC.B` told.
+    told: u64,
     /// The plotter said that it takes no more (Xoff).
     pub(super) stopped: bool,
     /// What the plotter's own line says, if that is looked at.
@@ -41,6 +54,7 @@ impl Flow {
             buffer,
             sent: 0,
             consumed: 0,
+            told: 0,
             stopped: false,
             ready: None,
             granted: 0,
@@ -108,10 +122,25 @@ impl Flow {
         new
     }
 
-    /// So many bytes were free behind the bytes up to this count. True if that is more than was known.
-    pub(super) fn free(&mut self, free: usize, sent: u64) -> bool {
+    /// So many bytes were free behind the bytes up to this count. Two answers in a row must agree, for a digit that the line
+    /// has changed would let the buffer overflow: the smaller one counts.
+    pub(super) fn free(&mut self, free: usize, sent: u64) -> Free {
         let held = self.buffer.saturating_sub(free) as u64;
-        self.consume(sent.saturating_sub(held))
+        let told = sent.saturating_sub(held);
+        let sure = told.min(self.told);
+        self.told = told;
+        if self.consume(sure) {
+            Free::More
+        } else if told > self.consumed {
+            Free::Unconfirmed
+        } else {
+            Free::Same
+        }
+    }
+
+    /// Bytes that the plotter has granted.
+    pub(super) fn granted(&self) -> usize {
+        self.granted
     }
 
     /// The plotter has room for a block.
@@ -135,9 +164,10 @@ mod tests {
             assert!(flow.may_send(92, false, Duration::ZERO) && !flow.may_send(93, false, Duration::ZERO));
             flow.send(92, Duration::ZERO);
             assert!(!flow.may_send(1, false, Duration::ZERO));
-            assert!(flow.free(30, 92));
+            assert_eq!(flow.free(30, 92), Free::Unconfirmed);
+            assert_eq!(flow.free(90, 92), Free::More, "what both tell");
             assert!(flow.may_send(22, false, Duration::ZERO) && !flow.may_send(23, false, Duration::ZERO));
-            assert!(!flow.free(20, 92), "less than before");
+            assert_eq!((flow.free(30, 92), flow.free(30, 92)), (Free::Same, Free::Same));
             assert!(flow.consume(92) && flow.may_send(92, false, Duration::ZERO));
         }
     }

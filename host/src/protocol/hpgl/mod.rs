@@ -29,7 +29,7 @@ pub use job::{Job, JobError};
 use super::{Control, Event, Fault, Lines, Place, Progress, Protocol, Unit};
 use crate::device::Handshake;
 use answers::{Answers, Verdict};
-use flow::Flow;
+use flow::{Flow, Free};
 use probe::Probe;
 use words::{ASK, Expected, Limits, Words};
 
@@ -39,6 +39,8 @@ const ANSWER_WAIT: Duration = Duration::from_secs(3);
 const ASK_MAX: u32 = 3;
 /// Time between questions for the free space while the buffer is full.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
+/// Time between enquiries for room.
+const ENQUIRE_INTERVAL: Duration = Duration::from_secs(1);
 /// Time between questions for the status while nothing is to be sent.
 const STATUS_INTERVAL: Duration = Duration::from_millis(500);
 /// So many questions for the space, and one is for the status instead: has its user halted it?
@@ -315,11 +317,13 @@ impl Hpgl {
             (Phase::Probing(_), question) => self.probe_told(question, number, now),
             (_, Question::Space) => {
                 self.received = self.received.max(asked.pieces);
-                if self.flow.free(number, asked.sent) {
-                    self.goes_on(now);
-                    self.waits = 0;
-                } else {
-                    self.waits += 1;
+                match self.flow.free(number, asked.sent) {
+                    Free::More => {
+                        self.goes_on(now);
+                        self.waits = 0;
+                    }
+                    Free::Unconfirmed => self.waits = 0,
+                    Free::Same => self.waits += 1,
                 }
             }
             (_, Question::Status) => self.status(number as u32, now),
@@ -446,7 +450,11 @@ impl Hpgl {
                     self.ask(if status { Question::Status } else { Question::Space }, now);
                 }
             }
-            Handshake::EnqAck if self.enquired.is_none() => {
+            // A plotter without room may answer later, or not at all.
+            Handshake::EnqAck
+                if self.flow.granted() < bytes
+                    && self.enquired.is_none_or(|since| now.saturating_sub(since) > ENQUIRE_INTERVAL) =>
+            {
                 self.output.push(ENQ);
                 self.enquired = Some(now);
             }
