@@ -18,7 +18,7 @@ pub struct Whole {
 
 #[derive(Clone, Debug)]
 enum Course {
-    Gcode { job: grbl::Job, language: Gcode, followed: Followed },
+    Gcode { job: grbl::Job, language: Box<Gcode>, followed: Followed },
     Hpgl { job: protocol::hpgl::Job, language: Hpgl, trace: Trace },
 }
 
@@ -33,7 +33,7 @@ impl Whole {
                 let job = grbl::Job::new(&String::from_utf8_lossy(bytes), language.line_limit)?;
                 let machine = Machine::new(device, language);
                 let followed = follow(&job, &machine, &machine.before(), Position::UNKNOWN);
-                Course::Gcode { job, language: language.clone(), followed }
+                Course::Gcode { job, language: Box::new(language.clone()), followed }
             }
             Language::Hpgl(language) => {
                 let job = protocol::hpgl::Job::new(bytes)?;

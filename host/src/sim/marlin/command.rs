@@ -108,6 +108,8 @@ impl State {
                 self.inches = code == 20;
                 Vec::new()
             }
+            // Without INCH_MODE_SUPPORT it knows millimetres only, and takes their word without a complaint.
+            ('G', 21) => Vec::new(),
             ('G', 28) => self.home(&words, zero),
             ('G', 90 | 91) => {
                 self.relative = code == 91;

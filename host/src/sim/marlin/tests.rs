@@ -44,7 +44,8 @@ fn lines_are_answered_as_marlin_answers_them() {
     for (text, answer) in [
         ("\n\r\n; comment\n", ""),
         ("G91 ; comment\nG90\n", "ok|ok|"),
-        ("G21\n", "echo:Unknown command: \"G21\"|ok|"),
+        ("G21\n", "ok|"),
+        ("G20\n", "echo:Unknown command: \"G20\"|ok|"),
         ("#\n", "echo:Unknown command: \"#\"|ok|"),
         ("M220 S50\nM220\n", "ok|FR:50%|ok|"),
         ("M280 P0\n", "echo: Servo 0: 90|ok|"),
