@@ -1,8 +1,8 @@
 //! How well the line to a plotter is used: `cargo run -p penvis-tests --release --example line_use`.
 //!
 //! First many short lines, for which the line is the bottleneck: the part of its rate that is used between the first and the last
-//! tenth of the job. Then long ones, for which it is not: how much longer the plot takes than on a line a hundred times as fast,
-//! which is the time that the planner starved. Last, lines a second through a pseudo terminal and the operating system.
+//! tenth of the job. Then long ones, for which it is not: how much longer the same part takes than on a line a hundred times as
+//! fast, which is the time that the planner starved. Last, lines a second through a pseudo terminal and the operating system.
 
 use std::cell::Cell;
 use std::fmt::Write as _;
@@ -13,8 +13,10 @@ use penvis::protocol::{self, Control, Event, Place, Progress, Protocol};
 use penvis::sim::{SimName, SimPort};
 use penvis::stream::{self, Clock, Observer};
 
-/// Plotters whose acceleration leaves the line the bottleneck, where they have such a setting.
-const PLOTTERS: [&str; 2] = ["sim", "sim:grbl,$120=100000,$121=100000"];
+const PLOTTERS: [&str; 2] = ["sim", "sim:grbl"];
+/// Accelerations in mm/s² with which short lines end sooner than the next ones come: with fifteen lines to look ahead, a plotter
+/// takes as many as it can come to rest in.
+const ACCELERATION: &str = "$120=10000000\n$121=10000000\n";
 /// Bits of a byte on the line.
 const BITS: f64 = 10.0;
 
@@ -34,6 +36,11 @@ fn job(count: usize, length: f64, feed: u32) -> String {
     assert!(at.1 < 1000, "off the paper");
     text.push_str("M3 S0\nG4 P0.15\nM5\n");
     text
+}
+
+/// Lines of 0.02 mm for a plotter that is faster than its line.
+fn hasty(count: usize) -> String {
+    format!("{ACCELERATION}{}", job(count, 0.02, 12_000))
 }
 
 /// Counts the bytes of a conversation.
@@ -120,7 +127,7 @@ fn main() {
     for name in PLOTTERS {
         let (mut port, device) = plotter(name, 115_200);
         let clock = port.clock();
-        let (seconds, bytes, lines) = stream(&mut port, &clock, &job(20_000, 0.02, 12_000), &device);
+        let (seconds, bytes, lines) = stream(&mut port, &clock, &hasty(20_000), &device);
         let rate = bytes as f64 / seconds;
         let used = 100.0 * rate * BITS / 115_200.0;
         println!("  {name}: {used:.1} % of the line, {:.0} lines/s, {rate:.0} bytes/s", lines as f64 / seconds);
@@ -130,8 +137,7 @@ fn main() {
         let durations = [115_200, 11_520_000].map(|baud| {
             let (mut port, device) = plotter(name, baud);
             let clock = port.clock();
-            stream(&mut port, &clock, &job(2000, 2.0, 3000), &device);
-            port.recording().duration_s
+            stream(&mut port, &clock, &job(2000, 2.0, 3000), &device).0
         });
         println!("  {name}: {:.3} s, {:+.3} s for the line", durations[0], durations[0] - durations[1]);
     }
@@ -156,7 +162,7 @@ fn over_a_pty() {
         scope.spawn(|| pty.serve(&mut port, Pace::Hurry, &mut |_| over.load(Ordering::Relaxed)));
         let mut port = serialport::new(&path, device.baud).open().expect("the pseudo terminal opens");
         let clock = WallClock::start();
-        let (seconds, _, lines) = stream(port.as_mut(), &clock, &job(20_000, 0.02, 12_000), &device);
+        let (seconds, _, lines) = stream(port.as_mut(), &clock, &hasty(20_000), &device);
         over.store(true, Ordering::Relaxed);
         println!("over a pseudo terminal: {:.0} lines/s", lines as f64 / seconds);
     });
