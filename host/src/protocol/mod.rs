@@ -9,6 +9,8 @@ use std::time::Duration;
 use thiserror::Error;
 
 mod control;
+#[cfg(test)]
+mod dialogue;
 pub mod grbl;
 mod heights;
 pub mod hpgl;

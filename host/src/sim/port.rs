@@ -404,6 +404,7 @@ impl SerialPort for SimPort {
 mod tests {
     use super::*;
     use crate::device::{Language, find};
+    use crate::sim::tests::hear_all;
 
     fn sim() -> SimPort {
         let Language::Grbl(gcode) = find("penvis").unwrap().language else { panic!("not grbl") };
@@ -412,32 +413,22 @@ mod tests {
         port
     }
 
-    /// All that comes until nothing has come for a second.
-    fn read_all(port: &mut SimPort) -> String {
-        let mut text = Vec::new();
-        let mut buffer = [0; 64];
-        while let Ok(count) = port.read(&mut buffer) {
-            text.extend_from_slice(&buffer[..count]);
-        }
-        String::from_utf8(text).unwrap()
-    }
-
     #[test]
     fn it_greets_and_answers() {
         let mut port = sim();
-        assert!(read_all(&mut port).contains("Grbl 1.1"));
+        assert!(hear_all(&mut port).contains("Grbl 1.1"));
         port.write_all(b"$I\n").unwrap();
-        let answer = read_all(&mut port);
+        let answer = hear_all(&mut port);
         assert!(answer.contains("[OPT:V,15,128]") && answer.ends_with("ok\r\n"), "{answer}");
         port.write_all(b"$$\n").unwrap();
-        let answer = read_all(&mut port);
+        let answer = hear_all(&mut port);
         assert!(answer.contains("$32=0\r\n") && answer.ends_with("ok\r\n"), "{answer}");
     }
 
     #[test]
     fn time_is_virtual_and_goes_by_the_motion_and_the_baud_rate() {
         let mut port = sim();
-        read_all(&mut port);
+        hear_all(&mut port);
         let start = port.clock().now();
         port.write_all(b"G1X100F60\nG4P0.01\n").unwrap();
         // 18 bytes of 10 bits.
@@ -458,7 +449,7 @@ mod tests {
     #[test]
     fn a_read_with_nothing_to_read_times_out_at_its_time() {
         let mut port = sim();
-        read_all(&mut port);
+        hear_all(&mut port);
         let start = port.clock().now();
         port.set_timeout(Duration::from_millis(20)).unwrap();
         assert_eq!(port.read(&mut [0; 8]).unwrap_err().kind(), io::ErrorKind::TimedOut);
@@ -468,7 +459,7 @@ mod tests {
     #[test]
     fn a_sender_that_does_not_count_loses_bytes_and_is_not_told() {
         let mut port = sim();
-        read_all(&mut port);
+        hear_all(&mut port);
         for i in 0..200 {
             port.write_all(format!("G1X{}Y{}F600\n", i % 10, i % 7).as_bytes()).unwrap();
         }

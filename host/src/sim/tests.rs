@@ -1,12 +1,24 @@
 //! What holds for every simulated plotter.
 
+use std::io::Read;
+
 use proptest::prelude::*;
 
-use super::SimName;
+use super::{SimName, SimPort};
 use crate::device::find;
 
 const NAMES: [&str; 6] =
     ["sim", "sim:grbl,$22=1", "sim:grblhal", "sim:fluidnc", "sim:marlin,inch=1", "sim:hpgl7475a,buffer=60"];
+
+/// All that comes until nothing has come for as long as a read waits.
+pub(super) fn hear_all(port: &mut SimPort) -> String {
+    let mut text = Vec::new();
+    let mut buffer = [0; 64];
+    while let Ok(count) = port.read(&mut buffer) {
+        text.extend_from_slice(&buffer[..count]);
+    }
+    String::from_utf8(text).unwrap()
+}
 
 /// What lines to plotters are made of, and what may become of them on the way.
 fn piece() -> impl Strategy<Value = Vec<u8>> {

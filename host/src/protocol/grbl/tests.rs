@@ -6,6 +6,7 @@ mod verified;
 
 use super::*;
 use crate::device::find;
+use crate::protocol::dialogue;
 
 /// A step of a conversation.
 enum Step {
@@ -73,32 +74,16 @@ fn talk(grbl: &mut Grbl, from: u64, steps: &[Step]) -> u64 {
         let now = Duration::from_millis(at);
         match step {
             In(text) => {
-                // One byte at a time, so that no border between reads matters.
-                for byte in text.bytes() {
-                    grbl.receive(&[byte], now);
-                }
+                dialogue::say(grbl, text, now);
                 at += 1;
             }
-            Wait(ms) => {
-                for _ in 0..*ms {
-                    at += 1;
-                    grbl.tick(Duration::from_millis(at));
-                }
-            }
+            Wait(ms) => at = dialogue::wait(grbl, at, *ms),
             Out(expected) => {
                 let out: Vec<u8> = grbl.take_output().into_iter().filter(|byte| *byte != b'?').collect();
                 assert_eq!(String::from_utf8(out).unwrap(), *expected, "step {i}");
             }
             Says(event) => assert_eq!(grbl.take_event().as_ref(), Some(event), "step {i}"),
-            Fails(words) => match grbl.take_event() {
-                Some(Event::Failed(fault)) => {
-                    let message = fault.to_string();
-                    for word in *words {
-                        assert!(message.contains(word), "step {i}: {message:?} has no {word:?}");
-                    }
-                }
-                other => panic!("step {i}: {other:?}"),
-            },
+            Fails(words) => dialogue::assert_fails(grbl, words, i),
             Resume => grbl.control(Control::Resume, now),
             Cancel => grbl.control(Control::Stop, now),
             Wants(control) => grbl.control(*control, now),

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::device::find;
+use crate::protocol::dialogue;
 use Step::{Fails, In, Out, Says, Wait, Wants};
 
 /// A step of a conversation.
@@ -43,31 +44,16 @@ fn talk(marlin: &mut Marlin, from: u64, steps: &[Step]) -> u64 {
         let now = Duration::from_millis(at);
         match step {
             In(text) => {
-                for byte in text.bytes() {
-                    marlin.receive(&[byte], now);
-                }
+                dialogue::say(marlin, text, now);
                 at += 1;
             }
-            Wait(ms) => {
-                for _ in 0..*ms {
-                    at += 1;
-                    marlin.tick(Duration::from_millis(at));
-                }
-            }
+            Wait(ms) => at = dialogue::wait(marlin, at, *ms),
             Out(expected) => {
                 let expected: String = expected.iter().map(|(number, text)| numbered(FIRST + number, text)).collect();
                 assert_eq!(String::from_utf8(marlin.take_output()).unwrap(), expected, "step {i}");
             }
             Says(event) => assert_eq!(marlin.take_event().as_ref(), Some(event), "step {i}"),
-            Fails(words) => match marlin.take_event() {
-                Some(Event::Failed(fault)) => {
-                    let message = fault.to_string();
-                    for word in *words {
-                        assert!(message.contains(word), "step {i}: {message:?} has no {word:?}");
-                    }
-                }
-                other => panic!("step {i}: {other:?}"),
-            },
+            Fails(words) => dialogue::assert_fails(marlin, words, i),
             Wants(control) => marlin.control(*control, now),
         }
     }

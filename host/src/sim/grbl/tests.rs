@@ -1,6 +1,6 @@
 //! Dialogues with the simulated GRBL, as the real one has them.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::time::Duration;
 
 use serialport::SerialPort;
@@ -8,6 +8,7 @@ use serialport::SerialPort;
 use super::*;
 use crate::device::find;
 use crate::sim::SimPort;
+use crate::sim::tests::hear_all;
 use crate::stream::Clock;
 
 const SERVO: Pen = Pen::Servo { index: 0, up: 0, down: 1000, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 };
@@ -18,25 +19,15 @@ fn port(options: &[(&str, &str)]) -> SimPort {
     port
 }
 
-/// All that comes until nothing has come for a while.
-fn read_all(port: &mut SimPort) -> String {
-    let mut text = Vec::new();
-    let mut buffer = [0; 64];
-    while let Ok(count) = port.read(&mut buffer) {
-        text.extend_from_slice(&buffer[..count]);
-    }
-    String::from_utf8(text).unwrap()
-}
-
 fn booted(options: &[(&str, &str)]) -> SimPort {
     let mut port = port(options);
-    assert_eq!(read_all(&mut port), "\r\nGrbl 1.1h ['$' for help]\r\n");
+    assert_eq!(hear_all(&mut port), "\r\nGrbl 1.1h ['$' for help]\r\n");
     port
 }
 
 fn say(port: &mut SimPort, text: &str) -> String {
     port.write_all(text.as_bytes()).unwrap();
-    read_all(port).replace("\r\n", "|")
+    hear_all(port).replace("\r\n", "|")
 }
 
 /// Lets some time pass, and leaves what comes in it unread.
@@ -126,7 +117,7 @@ fn a_status_tells_what_its_mask_asks_for() {
     port.write_all(b"G1X0F3000\n").unwrap();
     wait(&mut port, 500);
     port.write_all(b"?").unwrap();
-    let answer = read_all(&mut port);
+    let answer = hear_all(&mut port);
     assert!(answer.contains("<Run|WPos:") && answer.contains("|FS:3000,500"), "{answer}");
 }
 
@@ -154,7 +145,7 @@ fn bytes_that_the_ring_cannot_hold_are_lost_without_a_word() {
         for i in 0..100 {
             port.write_all(format!("G1X{}F600\n", i % 10).as_bytes()).unwrap();
         }
-        read_all(&mut port)
+        hear_all(&mut port)
     };
     assert!(port.recording().lost_bytes > 100);
     assert!(answers.matches("ok").count() < 100);
@@ -205,7 +196,7 @@ fn a_hold_keeps_the_position_and_a_reset_in_motion_loses_it() {
     port.write_all(b"G1X0\n").unwrap();
     wait(&mut port, 300);
     port.write_all(&[0x18]).unwrap();
-    let answer = read_all(&mut port);
+    let answer = hear_all(&mut port);
     assert!(answer.ends_with("ALARM:3\r\n\r\nGrbl 1.1h ['$' for help]\r\n[MSG:'$H'|'$X' to unlock]\r\n"), "{answer}");
     assert_eq!(say(&mut port, "G0X1\n"), "error:9|");
     assert_eq!(say(&mut port, "$X\n"), "[MSG:Caution: Unlocked]|ok|");
@@ -222,7 +213,7 @@ fn a_hold_and_a_reset_at_rest_keep_the_position() {
     wait(&mut port, 300);
     port.write_all(b"!").unwrap();
     wait(&mut port, 300);
-    read_all(&mut port);
+    hear_all(&mut port);
     assert_eq!(say(&mut port, "\u{18}"), "|Grbl 1.1h ['$' for help]|");
     assert_eq!(say(&mut port, "G0X50\n"), "ok|");
     assert_eq!(port.recording().position, [4000, 0, 0]);
@@ -255,11 +246,11 @@ fn the_speed_can_be_overridden() {
 #[test]
 fn homing_finds_the_corner() {
     let mut port = port(&[("22", "1"), ("23", "3"), ("20", "1")]);
-    assert!(read_all(&mut port).ends_with("[MSG:'$H'|'$X' to unlock]\r\n"));
+    assert!(hear_all(&mut port).ends_with("[MSG:'$H'|'$X' to unlock]\r\n"));
     assert_eq!(say(&mut port, "G0X1\n"), "error:9|");
     port.write_all(b"$H\n?").unwrap();
     port.set_timeout(Duration::from_secs(120)).unwrap();
-    let answer = read_all(&mut port).replace("\r\n", "|");
+    let answer = hear_all(&mut port).replace("\r\n", "|");
     assert_eq!(answer, "<Idle|MPos:-419.000,-296.000,-1.000|FS:0,0|WCO:0.000,0.000,0.000>|ok|");
     assert_eq!(say(&mut port, "G53G0X-400\nG0X1\n"), "ok|ALARM:2|[MSG:Reset to continue]|");
     assert_eq!(say(&mut port, "$X\n"), "");
@@ -317,7 +308,7 @@ fn a_pen_on_the_z_axis_draws() {
     });
     let mut port = SimPort::with(Box::new(Grbl::new(Dialect::Grbl, &pen.unwrap(), &[]).unwrap()), 115_200);
     port.set_timeout(Duration::from_secs(9)).unwrap();
-    read_all(&mut port);
+    hear_all(&mut port);
     assert_eq!(say(&mut port, "G0Z3\nG0X5\nG1Z0F600\nG1Y8\nG0Z3\n"), "ok|".repeat(5));
     assert!((port.recording().ink_mm() - 8.0).abs() < 1e-9);
 }
@@ -353,7 +344,7 @@ fn its_descendants_differ() {
     ] {
         let mut port = SimPort::with(Box::new(Grbl::new(dialect, &SERVO, &[]).unwrap()), 115_200);
         port.set_timeout(Duration::from_secs(2)).unwrap();
-        assert!(read_all(&mut port).contains(banner));
+        assert!(hear_all(&mut port).contains(banner));
         for (text, answer) in table {
             assert_eq!(say(&mut port, text), answer, "{dialect:?} {text:?}");
         }

@@ -8,6 +8,7 @@ use serialport::{FlowControl, SerialPort};
 use super::*;
 use crate::device::{Language as Spoken, find};
 use crate::sim::SimPort;
+use crate::sim::tests::hear_all;
 use crate::stream::Clock;
 
 fn peer(options: &[(&str, &str)]) -> Hpgl {
@@ -25,12 +26,7 @@ fn port(options: &[(&str, &str)]) -> SimPort {
 
 /// All that comes until nothing has come for a while.
 fn read_all(port: &mut SimPort) -> String {
-    let mut text = Vec::new();
-    let mut buffer = [0; 64];
-    while let Ok(count) = port.read(&mut buffer) {
-        text.extend_from_slice(&buffer[..count]);
-    }
-    String::from_utf8(text).unwrap().replace('\r', "|")
+    hear_all(port).replace('\r', "|")
 }
 
 fn say(port: &mut SimPort, text: &str) -> String {

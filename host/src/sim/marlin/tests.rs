@@ -7,6 +7,7 @@ use serialport::SerialPort;
 
 use super::*;
 use crate::sim::SimPort;
+use crate::sim::tests::hear_all;
 
 const SERVO: Pen = Pen::Servo { index: 0, up: 90, down: 30, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 };
 
@@ -19,12 +20,7 @@ fn port(pen: &Pen, options: &[(&str, &str)]) -> SimPort {
 
 /// All that comes until nothing has come for a while.
 fn read_all(port: &mut SimPort) -> String {
-    let mut text = Vec::new();
-    let mut buffer = [0; 64];
-    while let Ok(count) = port.read(&mut buffer) {
-        text.extend_from_slice(&buffer[..count]);
-    }
-    String::from_utf8(text).unwrap().replace('\n', "|")
+    hear_all(port).replace('\n', "|")
 }
 
 fn say(port: &mut SimPort, text: &str) -> String {
