@@ -38,6 +38,12 @@ pub trait Hardware {
         let _ = on;
     }
 
+    /// Axes whose limit switch pin is low: closed, for normally open switches to ground with pull-ups. `$5` inverts them. Read at every turn of the main loop while
+    /// the machine moves, homes or reports, so it must be quick. A machine without switches reports none.
+    fn limits(&mut self) -> Axes {
+        Axes::NONE
+    }
+
     /// New wiring settings, at the start and when `$0` or `$3` change.
     fn configure(&mut self, wiring: Wiring) {
         let _ = wiring;

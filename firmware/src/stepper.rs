@@ -74,6 +74,8 @@ pub enum Command {
 ///     fn is_moving(&self) -> bool { self.0.borrow().is_moving() }
 ///     fn position(&self) -> [i32; AXES] { self.0.borrow().position() }
 ///     fn abort(&mut self) { self.0.borrow_mut().abort() }
+///     fn set_position(&mut self, steps: [i32; AXES]) { self.0.borrow_mut().set_position(steps) }
+///     fn limits(&mut self) -> Axes { self.0.borrow_mut().limits() }
 ///     fn configure(&mut self, wiring: Wiring) { self.0.borrow_mut().configure(wiring) }
 /// }
 ///
@@ -103,6 +105,10 @@ pub trait StepSink {
     fn position(&self) -> [i32; AXES];
     /// Stops at once, forgets all commands, lifts the pen. The position stays what it is.
     fn abort(&mut self);
+    /// Calls the place where the machine stands so many steps from the origin. The caller has seen that it stands.
+    fn set_position(&mut self, steps: [i32; AXES]);
+    /// Axes whose limit switch is closed: see [`Hardware::limits`].
+    fn limits(&mut self) -> Axes;
     /// Takes new wiring settings.
     fn configure(&mut self, wiring: Wiring);
 }
@@ -297,6 +303,14 @@ impl<H: Hardware> StepSink for Stepper<H> {
         if self.pen != Pen::Off {
             self.set_pen(Pen::Off);
         }
+    }
+
+    fn set_position(&mut self, steps: [i32; AXES]) {
+        self.position = steps;
+    }
+
+    fn limits(&mut self) -> Axes {
+        self.hardware.limits()
     }
 
     fn configure(&mut self, wiring: Wiring) {
