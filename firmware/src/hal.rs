@@ -22,13 +22,28 @@ pub struct Wiring {
 }
 
 /// Motors and pen. All calls come from [`crate::Stepper`], in the order in which things happen.
+///
+/// What a step costs is mostly the hardware's doing. Where the step pins share a port, keep the eight patterns of its register in a
+/// table that [`Hardware::configure`] fills, so that [`Hardware::step`] is one load and one store: `BSRR ← table[axes.bits()]`.
 pub trait Hardware {
+    /// Ticks of the step timer in a µs. A step is at most one of them early, so a fast timer makes high rates even: at 100,000 steps a second
+    /// and 1 tick in a µs single periods are off by up to a tenth, at 84 ticks by 0.1 %.
+    const TICKS_PER_US: u32 = 1;
+
+    /// How a step pulse ends. False: [`Hardware::step`] makes the whole pulse, or starts one that a timer's compare channel ends after `$0`.
+    /// True: [`Hardware::step`] raises the step signals, and [`crate::Stepper::tick`] asks to be called again after `$0` and then calls [`Hardware::end_step`]. So
+    /// each step takes two short interrupts, and no time is spent waiting.
+    const TICK_ENDS_PULSE: bool = false;
+
     /// The direction of all following steps: axes in `negative` go down, the others up. Logical, before `$3`. Called at the start of
-    /// each block, a whole step period before its first step.
+    /// each block, a whole step period before its first step (less the pulse of the step before it, with [`Hardware::TICK_ENDS_PULSE`]).
     fn set_directions(&mut self, negative: Axes);
 
-    /// One complete step pulse on each of `axes` (may be empty).
+    /// One step pulse on each of `axes` (may be empty): see [`Hardware::TICK_ENDS_PULSE`].
     fn step(&mut self, axes: Axes);
+
+    /// Ends the pulse on all axes. Called only with [`Hardware::TICK_ENDS_PULSE`].
+    fn end_step(&mut self) {}
 
     /// The pen's new state. Called only while no step of what came before is outstanding.
     fn set_pen(&mut self, pen: Pen);
@@ -49,7 +64,7 @@ pub trait Hardware {
         let _ = wiring;
     }
 
-    /// The time of what is called next, µs since the start. For recorders; a board has no use for it.
+    /// The time of what is called next, in ticks since the start. For recorders; a board has no use for it.
     fn set_time(&mut self, now: u64) {
         let _ = now;
     }

@@ -42,7 +42,7 @@
 //!
 //! # Units
 //!
-//! mm, mm/min (feeds and maximum rates, as in G-code), mm/s and mm/s² (inside the planner), steps, s in G-code, and µs, 1/[`TIMER_HZ`] s, for everything that the stepper times.
+//! mm, mm/min (feeds and maximum rates, as in G-code), mm/s and mm/s² (inside the planner), steps, s in G-code, and for what the stepper times µs and ticks of the hardware's timer ([`Hardware::TICKS_PER_US`]).
 //!
 //! # Costs
 //!
@@ -56,7 +56,7 @@
 //!
 //! | | work |
 //! |---|---|
-//! | [`Stepper::tick`], a step | 3 integer additions and comparisons, one [`Hardware::step`] |
+//! | [`Stepper::tick`], a step | an integer addition and a comparison for each axis, two for the time, one [`Hardware::step`] |
 //! | [`Stepper::tick`], a new segment | and a copy of 56 bytes |
 //! | a segment, each 2.5 ms of motion | 60 f32 operations, at most 8 square roots and 8 divisions |
 //! | a block | 150 f32 and 20 f64 operations, and 6 f32 operations for each earlier block whose entry speed rises |
@@ -71,6 +71,7 @@ extern crate std;
 
 mod axis;
 mod controller;
+mod dda;
 mod error;
 mod gcode;
 mod hal;
@@ -98,4 +99,4 @@ pub use realtime::{Override, RealTime};
 pub use report::TX_BYTES;
 pub use serve::{pump, serve};
 pub use settings::{MAX_STEP_RATE, Settings};
-pub use stepper::{Command, IDLE_TICKS, SEGMENTS, StepSink, Stepper, Steps, TIMER_HZ};
+pub use stepper::{Command, IDLE_US, SEGMENTS, StepSink, Stepper, Steps};

@@ -64,19 +64,19 @@ impl<H: Hardware, const BLOCKS: usize> Machine<H, BLOCKS> {
         self.controller.poll(&mut self.stepper)
     }
 
-    /// The step interrupt, due at [`Machine::next_event`]: see [`Stepper::tick`]. Returns the µs (≥ 1) until the next.
+    /// The step interrupt, due at [`Machine::next_event`]: see [`Stepper::tick`]. Returns the ticks of the timer (≥ 1) until the next.
     /// Between two ticks [`Machine::poll`] must have returned false, or the steps run dry.
     pub fn tick(&mut self) -> u32 {
         self.stepper.tick()
     }
 
-    /// Time of the last tick, µs since the start.
+    /// Time of the last tick, in ticks of the hardware's timer (µs, unless [`Hardware::TICKS_PER_US`] says otherwise) since the start.
     #[must_use]
     pub fn now(&self) -> u64 {
         self.stepper.now()
     }
 
-    /// Time at which the next tick is due, µs since the start. While idle, ticks are [`crate::IDLE_TICKS`] apart.
+    /// Time at which the next tick is due, in ticks of the timer since the start. While idle, calls are [`crate::IDLE_US`] apart.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         self.stepper.next_event()

@@ -177,10 +177,10 @@ fn slice(block: &Block, left: u32, speed_sqr: f32, rate: f32) -> u32 {
     ((way / block.mm_per_event) as u32).clamp(1, left.min(u32::from(u16::MAX)))
 }
 
-/// 256ths of a µs between events, rounded to nearest.
+/// 2⁻¹⁶ µs between events, rounded to nearest.
 fn period(seconds: f32, events: u32) -> u64 {
-    // In f64: 24 bits would be off by a tick a second.
-    libm::round(f64::from(seconds) / f64::from(events) * 256e6) as u64
+    // In f64: 24 bits would be off by a µs in 16 s.
+    libm::round(f64::from(seconds) / f64::from(events) * 65_536e6) as u64
 }
 
 #[cfg(test)]
@@ -247,7 +247,7 @@ mod tests {
             let Command::Steps(segment) = command else { panic!("only steps are planned") };
             let mm = |axis: usize| f64::from(segment.steps[axis]) / settings.steps_per_mm[axis];
             let length = libm::sqrt(mm(0) * mm(0) + mm(1) * mm(1) + mm(2) * mm(2));
-            let seconds = segment.period as f64 / 256e6 * f64::from(segment.events);
+            let seconds = segment.period as f64 / 65_536e6 * f64::from(segment.events);
             out.push(Run {
                 segment,
                 speed: length * f64::from(segment.events) / f64::from(segment.events_of_block) / seconds,

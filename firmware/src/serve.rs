@@ -36,7 +36,7 @@ where
 
 /// Runs `machine` for ever in a single context, without interrupts: for emulated boards and slow motors.
 ///
-/// `clock` returns µs since any moment. A step waits for the turn before it, so a turn's cost (a line of G-code at most: about a millisecond on a
+/// `clock` returns ticks of the hardware's timer (µs, unless [`Hardware::TICKS_PER_US`] says otherwise) since any moment. A step waits for the turn before it, so a turn's cost (a line of G-code at most: about a millisecond on a
 /// processor without floating point) is the jitter of the steps. A tick that is late by more than a whole period delays those after it
 /// instead of being made up for, so the rate of the motors is not exceeded. Where that is not good enough call [`Machine::tick`]'s
 /// equivalent, [`crate::Stepper::tick`], from a timer interrupt and [`crate::Controller::poll`] from the main loop.

@@ -4,20 +4,29 @@
 //! segment when one has ended, and returns the time to the next tick. Axes share the events of a block by Bresenham's
 //! algorithm in integers, so each makes exactly its steps by the block's last event.
 //!
-//! Time budget: a step event is 3 additions and comparisons and one call of [`Hardware::step`]; loading a segment copies 40 bytes. No floating point, no
-//! division, no loop over anything but the axes and commands that take no time.
+//! Time is counted in ticks of the hardware's timer, [`Hardware::TICKS_PER_US`] of them in a µs. A period is a whole number of ticks and 2⁻³²ths of
+//! one, which are carried from event to event: the mean rate is exact, and each event at most a tick early.
+//!
+//! ```text
+//!              ◀─────── period ───────▶◀─────── period ───────▶
+//!  step     ┌────┐                  ┌────┐                  ┌────┐
+//!        ───┘    └──────────────────┘    └──────────────────┘    └───
+//!           ▲ tick                  ▲ tick                  ▲ tick       the hardware ends a pulse by itself
+//!           ▲ tick ▲ tick           ▲ tick ▲ tick           ▲ tick       Hardware::TICK_ENDS_PULSE
+//!  direction     ╳ changes after the last pulse of a block, the rest of a period before the next rising edge
+//! ```
+//!
+//! Time budget: see [`Stepper::tick`]. No floating point, no division, no loop over anything but the axes and commands that take no time.
 
 use heapless::Deque;
 
 use crate::axis::{AXES, Axes};
+use crate::dda::Dda;
 use crate::hal::{Hardware, Wiring};
 use crate::pen::Pen;
 
-/// Ticks of the step timer in a second: all times of [`Stepper`] are in µs.
-pub const TIMER_HZ: u32 = 1_000_000;
-
 /// Time to the next tick while there is nothing to do, µs.
-pub const IDLE_TICKS: u32 = 1000;
+pub const IDLE_US: u32 = 1000;
 
 /// Segments that the queue between main loop and interrupt holds: some 30 ms of motion.
 pub const SEGMENTS: usize = 12;
@@ -34,7 +43,7 @@ pub struct Steps {
     pub(crate) first: bool,
     /// Step events in this segment, > 0.
     pub(crate) events: u16,
-    /// Between events, in 1/256 µs.
+    /// Between events, in 2⁻¹⁶ µs.
     pub(crate) period: u64,
     /// Change of the pen before the first event.
     pub(crate) pen: Option<Pen>,
@@ -113,29 +122,40 @@ pub trait StepSink {
     fn configure(&mut self, wiring: Wiring);
 }
 
-/// The step interrupt's state.
+/// The step interrupt's state. All times are in ticks of the timer.
 #[derive(Debug)]
 pub struct Stepper<H> {
     hardware: H,
-    queue: Deque<Command, SEGMENTS>,
-    segment: Option<Steps>,
-    /// Events left in `segment`.
-    left: u16,
-    /// Bresenham's remainders, 0..events_of_block.
-    remainders: [u32; AXES],
-    /// A dwell is running out.
-    dwelling: bool,
-    position: [i32; AXES],
-    pen: Pen,
-    /// Time of this tick and of the next, µs since the start.
+    /// Step events left in the segment; 0: no segment is in execution.
+    left: u32,
+    /// The block of that segment.
+    dda: Dda,
+    /// A step signal is high, and the next tick ends it ([`Hardware::TICK_ENDS_PULSE`]).
+    in_pulse: bool,
+    /// Ticks that a pulse takes (`$0`).
+    pulse: u32,
+    /// Between step events: whole ticks, and 2⁻³²ths of one.
+    period: u32,
+    period_part: u32,
+    /// 2⁻³²ths of a tick that `next` is early.
+    early: u32,
+    /// Time of this tick and of the next, since the start.
     now: u64,
     next: u64,
-    /// 256ths of a µs that `next` is early.
-    fraction: u8,
+    queue: Deque<Command, SEGMENTS>,
+    /// Events of the block up to the end of the segment.
+    dealt: u32,
+    /// Where the block began, in steps.
+    block_start: [i32; AXES],
+    /// What was loaded last was a segment.
+    stepping: bool,
+    /// A dwell is running out.
+    dwelling: bool,
+    pen: Pen,
     motors_on: bool,
-    /// Motors are released this long after the last command, µs.
+    /// Motors are released this long after the last command.
     idle_delay: Option<u32>,
-    /// Time of the last step, µs.
+    /// Time of the last step.
     idle_since: u64,
 }
 
@@ -146,56 +166,72 @@ impl<H: Hardware> Stepper<H> {
         hardware.enable_motors(false);
         Self {
             hardware,
-            queue: Deque::new(),
-            segment: None,
             left: 0,
-            remainders: [0; AXES],
-            dwelling: false,
-            position: [0; AXES],
-            pen: Pen::Off,
+            dda: Dda::default(),
+            in_pulse: false,
+            pulse: 1,
+            period: 1,
+            period_part: 0,
+            early: 0,
             now: 0,
             next: 0,
-            fraction: 0,
+            queue: Deque::new(),
+            dealt: 0,
+            block_start: [0; AXES],
+            stepping: false,
+            dwelling: false,
+            pen: Pen::Off,
             motors_on: false,
             idle_delay: None,
             idle_since: 0,
         }
     }
 
-    /// The step interrupt: makes the step that is due now, and returns the µs (≥ 1) until it wants to be called again.
+    /// The step interrupt: makes the step that is due now, and returns the ticks (≥ 1) until it wants to be called again.
+    #[inline]
     pub fn tick(&mut self) -> u32 {
         self.now = self.next;
         self.hardware.set_time(self.now);
-        if let Some(segment) = self.segment {
-            self.step_event(&segment);
-            self.idle_since = self.now;
-            self.left = self.left.saturating_sub(1);
-            if self.left == 0 {
-                self.segment = None;
+        let wait = if H::TICK_ENDS_PULSE && self.in_pulse {
+            self.hardware.end_step();
+            self.in_pulse = false;
+            let wait = if self.left > 0 { self.wait() } else { self.load() };
+            // What is loaded after a step counts from its rising edge.
+            wait.saturating_sub(self.pulse).max(1)
+        } else if self.left > 0 {
+            self.left -= 1;
+            self.hardware.step(self.dda.event());
+            if H::TICK_ENDS_PULSE {
+                self.in_pulse = true;
+                self.pulse
+            } else if self.left > 0 {
+                self.wait()
+            } else {
+                self.load()
             }
-        }
-        let dwell = if self.segment.is_none() { self.load() } else { None };
-        self.dwelling = dwell.is_some();
-        let wait = match (self.segment, dwell) {
-            (Some(segment), _) => {
-                let total = segment.period.saturating_add(u64::from(self.fraction));
-                self.fraction = (total & 0xff) as u8;
-                u32::try_from(total >> 8).unwrap_or(u32::MAX).max(1)
-            }
-            (None, Some(ticks)) => ticks,
-            (None, None) => self.idle(),
+        } else {
+            self.load()
         };
-        self.next = self.now.saturating_add(u64::from(wait));
+        self.next = self.now + u64::from(wait);
         wait
     }
 
-    /// Time of the last tick, µs since the start.
+    /// Ticks from this step event to the next.
+    #[inline(always)]
+    fn wait(&mut self) -> u32 {
+        let (early, carry) = self.early.overflowing_add(self.period_part);
+        self.early = early;
+        // Below u32::MAX: see `begin`.
+        self.period + u32::from(carry)
+    }
+
+    /// Time of the last tick, in ticks since the start.
     #[must_use]
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// Time at which the next tick is due, µs since the start.
+    /// Time at which the next tick is due, in ticks since the start.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         self.next
@@ -216,46 +252,60 @@ impl<H: Hardware> Stepper<H> {
         self.hardware
     }
 
-    fn step_event(&mut self, segment: &Steps) {
-        let mut axes = Axes::NONE;
-        for axis in 0..AXES {
-            // Below events_of_block before, and steps ≤ events_of_block < 2³¹: no overflow.
-            self.remainders[axis] += segment.steps[axis];
-            if self.remainders[axis] >= segment.events_of_block {
-                self.remainders[axis] -= segment.events_of_block;
-                axes.insert(axis);
-                self.position[axis] += if segment.negative.contains(axis) { -1 } else { 1 };
-            }
+    /// Takes commands until one takes time; the ticks until the next call.
+    #[cold]
+    #[inline(never)]
+    fn load(&mut self) -> u32 {
+        if self.stepping {
+            self.stepping = false;
+            self.idle_since = self.now;
         }
-        self.hardware.step(axes);
-    }
-
-    /// Takes commands until one takes time; a dwell's µs, if that is the one.
-    fn load(&mut self) -> Option<u32> {
+        self.dwelling = false;
         while let Some(command) = self.queue.pop_front() {
             match command {
                 Command::Steps(segment) => {
-                    if let Some(pen) = segment.pen {
-                        self.set_pen(pen);
-                    }
-                    if segment.first {
-                        // Half a block in hand, so that the minor axes step in the middle of their share.
-                        self.remainders = [segment.events_of_block / 2; AXES];
-                        self.hardware.set_directions(segment.negative);
-                        if !self.motors_on {
-                            self.motors_on = true;
-                            self.hardware.enable_motors(true);
-                        }
-                    }
-                    self.left = segment.events;
-                    self.segment = Some(segment);
-                    return None;
+                    self.begin(&segment);
+                    return self.wait();
                 }
                 Command::Pen(pen) => self.set_pen(pen),
-                Command::Dwell(ticks) => return Some(ticks.max(1)),
+                Command::Dwell(us) => {
+                    self.dwelling = true;
+                    return us.saturating_mul(H::TICKS_PER_US).max(1);
+                }
             }
         }
-        None
+        self.idle()
+    }
+
+    /// Makes `segment` the one in execution.
+    fn begin(&mut self, segment: &Steps) {
+        if let Some(pen) = segment.pen {
+            self.set_pen(pen);
+        }
+        if segment.first {
+            self.block_start = self.position();
+            self.dda = Dda::new(segment.steps, segment.events_of_block, segment.negative);
+            self.dealt = 0;
+            self.hardware.set_directions(segment.negative);
+            if !self.motors_on {
+                self.motors_on = true;
+                self.hardware.enable_motors(true);
+            }
+        }
+        self.stepping = true;
+        self.left = u32::from(segment.events);
+        self.dealt += self.left;
+        // 2⁻¹⁶ µs to ticks; a period that the timer cannot count becomes the longest that it can.
+        let period = segment.period.saturating_mul(u64::from(H::TICKS_PER_US));
+        self.period = u32::try_from(period >> 16).unwrap_or(u32::MAX).clamp(1, u32::MAX - 1);
+        self.period_part = (period as u32) << 16;
+    }
+
+    /// What is left of the block will not be made.
+    fn forget_block(&mut self) {
+        self.dda = Dda::default();
+        self.dealt = 0;
+        self.left = 0;
     }
 
     fn set_pen(&mut self, pen: Pen) {
@@ -270,7 +320,7 @@ impl<H: Hardware> Stepper<H> {
             self.motors_on = false;
             self.hardware.enable_motors(false);
         }
-        IDLE_TICKS
+        IDLE_US * H::TICKS_PER_US
     }
 }
 
@@ -284,21 +334,22 @@ impl<H: Hardware> StepSink for Stepper<H> {
     }
 
     fn is_idle(&self) -> bool {
-        self.queue.is_empty() && self.segment.is_none() && !self.dwelling
+        self.queue.is_empty() && self.left == 0 && !self.in_pulse && !self.dwelling
     }
 
     fn is_moving(&self) -> bool {
-        self.segment.is_some() || self.queue.iter().any(|c| matches!(c, Command::Steps(_)))
+        self.left > 0 || self.in_pulse || self.queue.iter().any(|c| matches!(c, Command::Steps(_)))
     }
 
     fn position(&self) -> [i32; AXES] {
-        self.position
+        let made = self.dda.made(self.dealt - self.left);
+        core::array::from_fn(|axis| self.block_start[axis].wrapping_add(made[axis]))
     }
 
     fn abort(&mut self) {
         self.queue.clear();
-        self.segment = None;
-        self.left = 0;
+        self.block_start = self.position();
+        self.forget_block();
         self.dwelling = false;
         if self.pen != Pen::Off {
             self.set_pen(Pen::Off);
@@ -306,7 +357,8 @@ impl<H: Hardware> StepSink for Stepper<H> {
     }
 
     fn set_position(&mut self, steps: [i32; AXES]) {
-        self.position = steps;
+        self.forget_block();
+        self.block_start = steps;
     }
 
     fn limits(&mut self) -> Axes {
@@ -314,7 +366,147 @@ impl<H: Hardware> StepSink for Stepper<H> {
     }
 
     fn configure(&mut self, wiring: Wiring) {
-        self.idle_delay = (wiring.idle_delay_ms < u8::MAX).then(|| u32::from(wiring.idle_delay_ms) * 1000);
+        self.idle_delay =
+            (wiring.idle_delay_ms < u8::MAX).then(|| u32::from(wiring.idle_delay_ms) * 1000 * H::TICKS_PER_US);
+        self.pulse = (u32::from(wiring.pulse_us) * H::TICKS_PER_US).max(1);
         self.hardware.configure(wiring);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// The wires, with the time in ticks.
+    #[derive(Debug, PartialEq)]
+    enum Edge {
+        Rise(u64, u8),
+        Fall(u64),
+        Directions(u64, u8),
+    }
+
+    /// A timer of 84 MHz, whose interrupt also ends the pulses.
+    #[derive(Default)]
+    struct Fast {
+        now: u64,
+        edges: Vec<Edge>,
+    }
+
+    impl Hardware for Fast {
+        const TICKS_PER_US: u32 = 84;
+        const TICK_ENDS_PULSE: bool = true;
+
+        fn set_directions(&mut self, negative: Axes) {
+            self.edges.push(Edge::Directions(self.now, negative.bits()));
+        }
+
+        fn step(&mut self, axes: Axes) {
+            self.edges.push(Edge::Rise(self.now, axes.bits()));
+        }
+
+        fn end_step(&mut self) {
+            self.edges.push(Edge::Fall(self.now));
+        }
+
+        fn set_pen(&mut self, _: Pen) {}
+
+        fn set_time(&mut self, now: u64) {
+            self.now = now;
+        }
+    }
+
+    /// A block in one segment, `period` in 2⁻¹⁶ µs.
+    fn block(steps: [u32; AXES], negative: u8, period: u64) -> Command {
+        let events = steps.into_iter().max().unwrap();
+        Command::Steps(Steps {
+            steps,
+            events_of_block: events,
+            negative: Axes::from_bits(negative),
+            first: true,
+            events: events as u16,
+            period,
+            pen: None,
+        })
+    }
+
+    fn run(stepper: &mut Stepper<Fast>) {
+        while !stepper.is_idle() {
+            let next = stepper.next_event();
+            let wait = stepper.tick();
+            assert_eq!((stepper.now(), stepper.next_event()), (next, next + u64::from(wait)));
+        }
+    }
+
+    #[test]
+    fn signals_keep_their_times() {
+        let mut stepper = Stepper::new(Fast::default());
+        stepper.configure(Wiring { pulse_us: 2, ..Wiring::default() });
+        // 5 µs, and 5.5 µs.
+        assert!(stepper.push(block([3, 1, 0], 0b000, 5 << 16)) && stepper.push(block([0, 2, 0], 0b010, 11 << 15)));
+        run(&mut stepper);
+        assert_eq!(stepper.position(), [3, -1, 0]);
+        use Edge::{Directions, Fall, Rise};
+        assert_eq!(
+            stepper.hardware().edges,
+            [
+                Directions(0, 0b000),
+                Rise(420, 0b001),
+                Fall(588),
+                Rise(840, 0b011),
+                Fall(1008),
+                Rise(1260, 0b001),
+                Fall(1428),
+                Directions(1428, 0b010),
+                Rise(1260 + 462, 0b010),
+                Fall(1428 + 462),
+                Rise(1260 + 924, 0b010),
+                Fall(1428 + 924),
+            ]
+        );
+    }
+
+    /// At 240,000 steps a second and a period of no whole number of ticks each step is within a tick of its time, for ever.
+    #[test]
+    fn high_rates_are_even() {
+        let mut stepper = Stepper::new(Fast::default());
+        stepper.configure(Wiring { pulse_us: 1, ..Wiring::default() });
+        let us = 1e6 / 240_001.0;
+        assert!(stepper.push(block([60_000, 60_000, 1], 0, (us * 65_536.0f64).round() as u64)));
+        run(&mut stepper);
+        let rises: Vec<u64> = stepper
+            .hardware()
+            .edges
+            .iter()
+            .filter_map(|e| if let Edge::Rise(at, _) = e { Some(*at) } else { None })
+            .collect();
+        assert_eq!(rises.len(), 60_000);
+        for (k, at) in rises.iter().enumerate() {
+            let exact = (k + 1) as f64 * us * 84.0;
+            // And 60,000 times the rounding of the period, 2⁻¹⁷ µs.
+            assert!((*at as f64 - exact).abs() <= 1.0 + k as f64 * 84.0 / 131_072.0, "step {k} at {at}, not {exact}");
+        }
+        assert!(rises.windows(2).all(|w| (w[1] - w[0]).abs_diff((us * 84.0) as u64) <= 1));
+    }
+
+    #[test]
+    fn an_abort_keeps_the_position() {
+        let mut stepper = Stepper::new(Fast::default());
+        stepper.configure(Wiring { pulse_us: 2, ..Wiring::default() });
+        assert!(stepper.push(block([100, 40, 7], 0b101, 10 << 16)));
+        // The first tick loads; then two for each step.
+        for _ in 0..1 + 2 * 31 {
+            stepper.tick();
+        }
+        let at = stepper.position();
+        assert_eq!((at[0], at[2]), (-31, -2));
+        assert!((12..=13).contains(&at[1]));
+        stepper.abort();
+        assert!(stepper.is_idle());
+        assert_eq!(stepper.position(), at);
+        assert!(stepper.push(block([1, 1, 0], 0b000, 10 << 16)));
+        run(&mut stepper);
+        assert_eq!(stepper.position(), [at[0] + 1, at[1] + 1, at[2]]);
     }
 }
