@@ -26,7 +26,7 @@
 //! ```
 //!
 //! Above the double line is [`Controller`], which the main loop polls; below it is [`Stepper`], which the timer interrupt ticks. [`Machine`] owns both, for one
-//! context. A board with interrupts owns them apart, the stepper in a mutex that a [`StepSink`] of its own locks for each call.
+//! context. A board with interrupts owns them apart: see [`Shared`].
 //!
 //! 1. `ok` means planned, not drawn. A line that finds the planner full waits, unanswered, and what follows it fills the receive ring: that is what character-counting senders rely on.
 //! 2. A line is checked as a whole; a refused one changes nothing.
@@ -65,6 +65,7 @@
 //!
 //! The highest step rate is [`MAX_STEP_RATE`]; settings that would exceed it are refused.
 #![no_std]
+#![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
@@ -82,6 +83,7 @@ mod pen;
 mod planner;
 mod realtime;
 mod report;
+mod runtime;
 mod segment;
 mod serve;
 mod settings;
@@ -97,6 +99,7 @@ pub use machine::Machine;
 pub use pen::{Pen, Servo};
 pub use realtime::{Override, RealTime};
 pub use report::TX_BYTES;
+pub use runtime::{Cadence, Foreground, Shared};
 pub use serve::{pump, serve};
 pub use settings::{MAX_STEP_RATE, Settings};
 pub use stepper::{Command, IDLE_US, SEGMENTS, StepSink, Stepper, Steps};

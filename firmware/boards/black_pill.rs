@@ -1,0 +1,347 @@
+//! WeAct Black Pill: STM32F411CE, Cortex-M4 at 96 MHz with an f32 unit, 512 KB of flash, 128 KB of RAM.
+//!
+//! # Wiring
+//!
+//! | pin | direction | to |
+//! |---|---|---|
+//! | A9 | out | USART1: receiver of the serial adapter (3.3 V), 115,200 baud, 8 bits, no parity |
+//! | A10 | in | USART1: transmitter of the serial adapter |
+//! | B12, B13, B14 | out | step input of the driver of X, Y, Z: a step is its rising edge |
+//! | B15, B10, B9 | out | direction input of the driver of X, Y, Z |
+//! | B8 | out | enable inputs of the drivers: low energises |
+//! | A1, A2, A3 | in, pulled up | limit switches of X, Y, Z to ground |
+//! | B6 | out | signal of the pen's servo, 3.3 V: 50 Hz, pulses of 1 to 2 ms |
+//!
+//! The servo takes its 5 V from the pin of that name, the drivers their logic supply from 3V3, all grounds meet.
+//!
+//! # Theory of operation
+//!
+//! TIM2 counts 32 bits at 96 MHz; its compare channel 1 is the step interrupt. The step pulses begin in one interrupt and end in another, `$0` later; each is one store
+//! to the set-and-reset register of port B, which the eight sets of axes have their words for. USART1 interrupts for each byte received, and, while something is being sent, when it can take the
+//! next. TIM4 makes the servo's pulses. Priorities are those of `penvis_firmware::Shared`.
+//!
+//! # Build and flash
+//!
+//! ```text
+//! rustup target add thumbv7em-none-eabihf
+//! cargo build --profile firmware -p penvis-firmware --bin black-pill --features board-black-pill --target thumbv7em-none-eabihf
+//! probe-rs download --chip STM32F411CEUx target/thumbv7em-none-eabihf/firmware/black-pill       # by a debug probe, or by USB,
+//! llvm-objcopy -O binary target/thumbv7em-none-eabihf/firmware/black-pill black-pill.bin        # plugged in with BOOT0 held:
+//! dfu-util -d 0483:df11 -a 0 -s 0x08000000:leave -D black-pill.bin
+//! ```
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod handover;
+
+/// The board is what this is for; a host only checks that it compiles.
+#[cfg(not(target_os = "none"))]
+fn main() {}
+
+#[cfg(target_os = "none")]
+mod board {
+    use core::convert::Infallible;
+
+    use cortex_m::peripheral::scb::SystemHandler;
+    use cortex_m::peripheral::syst::SystClkSource;
+    use cortex_m::peripheral::{NVIC, SCB};
+    use cortex_m_rt::{entry, exception};
+    use embedded_hal::pwm::SetDutyCycle;
+    use embedded_io::{ErrorType, Write, WriteReady};
+    use penvis_firmware::{Axes, Cadence, Foreground, Hardware, Pen, Servo, Settings, Shared, Wiring};
+    use stm32f4xx_hal::gpio::PinState;
+    use stm32f4xx_hal::pac::{self, interrupt};
+    use stm32f4xx_hal::prelude::*;
+    use stm32f4xx_hal::rcc::{Config, Enable, Reset};
+    use stm32f4xx_hal::serial::config::Config as SerialConfig;
+    use stm32f4xx_hal::serial::{Rx, RxListen, Serial, Tx, TxListen};
+    use stm32f4xx_hal::timer::{Ch, PwmChannel};
+
+    use super::handover::Handover;
+
+    const CRYSTAL_MHZ: u32 = 25;
+    const CLOCK_MHZ: u32 = 96;
+    const BAUD: u32 = 115_200;
+
+    /// Blocks the planner looks ahead.
+    const BLOCKS: usize = 64;
+
+    /// Pins by axis, as bits of the registers.
+    const STEP: [u32; 3] = [1 << 12, 1 << 13, 1 << 14];
+    const DIRECTION: [u32; 3] = [1 << 15, 1 << 10, 1 << 9];
+    const LIMIT: [u32; 3] = [1 << 1, 1 << 2, 1 << 3];
+    const ENABLE: u32 = 1 << 8;
+    /// From the bit that sets a pin to the bit that resets it.
+    const RESET: u32 = 16;
+
+    /// Priorities, of which the upper 4 bits count: lower is more urgent.
+    const STEP_PRIORITY: u8 = 0x00;
+    const SERIAL_PRIORITY: u8 = 0x40;
+    const FOREGROUND_PRIORITY: u8 = 0xf0;
+
+    static SHARED: Shared<Motors> = Shared::new();
+    static RECEIVER: Handover<Rx<pac::USART1>> = Handover::new();
+    static SENDER: Handover<Tx<pac::USART1>> = Handover::new();
+
+    #[entry]
+    fn main() -> ! {
+        let (Some(board), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take()) else {
+            unreachable!("the peripherals are taken once")
+        };
+        // Half of it for the slow bus, whose timers run at twice that.
+        let speed = Config::hse(CRYSTAL_MHZ.MHz()).sysclk(CLOCK_MHZ.MHz()).pclk1((CLOCK_MHZ / 2).MHz());
+        let mut rcc = board.RCC.freeze(speed);
+        let a = board.GPIOA.split(&mut rcc);
+        let b = board.GPIOB.split(&mut rcc);
+
+        let config = SerialConfig::default().baudrate(BAUD.bps());
+        let Ok(port) = Serial::<_, u8>::new(board.USART1, (a.pa9, a.pa10), config, &mut rcc) else {
+            panic!("the serial port cannot have {BAUD} baud")
+        };
+        let (sender, mut receiver) = port.split();
+        receiver.listen();
+        RECEIVER.give(receiver);
+        SENDER.give(sender);
+
+        // From now on all of these pins are driven by their common registers.
+        b.pb12.into_push_pull_output_in_state(PinState::Low);
+        b.pb13.into_push_pull_output_in_state(PinState::Low);
+        b.pb14.into_push_pull_output_in_state(PinState::Low);
+        b.pb15.into_push_pull_output_in_state(PinState::Low);
+        b.pb10.into_push_pull_output_in_state(PinState::Low);
+        b.pb9.into_push_pull_output_in_state(PinState::Low);
+        b.pb8.into_push_pull_output_in_state(PinState::High);
+        a.pa1.into_pull_up_input();
+        a.pa2.into_pull_up_input();
+        a.pa3.into_pull_up_input();
+
+        let servo = Servo::default();
+        let (_, (channel, ..)) = board.TIM4.pwm_us(u32::from(servo.frame_us).micros(), &mut rcc);
+        let mut pwm = channel.with(b.pb6);
+        pwm.enable();
+
+        pac::TIM2::enable(&mut rcc);
+        pac::TIM2::reset(&mut rcc);
+        let timer = board.TIM2;
+        #[allow(unsafe_code, reason = "a time is no enumeration")]
+        // SAFETY: every time is valid.
+        timer.arr().write(|w| unsafe { w.bits(u32::MAX) });
+        timer.egr().write(|w| w.ug().update());
+        timer.sr().reset();
+        timer.dier().write(|w| w.cc1ie().enabled());
+        timer.cr1().write(|w| w.cen().enabled());
+
+        SHARED.start(Motors { pwm, servo, words: [0; 8], wiring: Wiring::default() }, now());
+
+        #[allow(unsafe_code, reason = "cortex-m cannot know which priorities the program's critical sections rely on")]
+        // SAFETY: all critical sections disable every interrupt, whatever its priority.
+        unsafe {
+            core.NVIC.set_priority(pac::Interrupt::TIM2, STEP_PRIORITY);
+            core.NVIC.set_priority(pac::Interrupt::USART1, SERIAL_PRIORITY);
+            core.SCB.set_priority(SystemHandler::PendSV, FOREGROUND_PRIORITY);
+            core.SCB.set_priority(SystemHandler::SysTick, FOREGROUND_PRIORITY);
+        }
+        core.SYST.set_clock_source(SystClkSource::Core);
+        core.SYST.set_reload(CLOCK_MHZ * 1000 - 1);
+        core.SYST.clear_current();
+        core.SYST.enable_interrupt();
+        core.SYST.enable_counter();
+        for irq in [pac::Interrupt::TIM2, pac::Interrupt::USART1] {
+            #[allow(unsafe_code, reason = "letting an interrupt in may break a critical section that masks by it")]
+            // SAFETY: none does.
+            unsafe {
+                NVIC::unmask(irq);
+            }
+        }
+        NVIC::pend(pac::Interrupt::TIM2);
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+
+    /// Ticks since the start, modulo 2³².
+    fn now() -> u32 {
+        timer().cnt().read().bits()
+    }
+
+    #[allow(unsafe_code, reason = "the timer has no other owner once it runs")]
+    fn timer() -> &'static pac::tim2::RegisterBlock {
+        // SAFETY: the registers exist; after the start only the step interrupt writes to them.
+        unsafe { &*pac::TIM2::ptr() }
+    }
+
+    /// Sets the pins of port B in the lower half of `word`, and resets those in its upper half.
+    fn drive(word: u32) {
+        #[allow(
+            unsafe_code,
+            reason = "a word of pins is no enumeration, and the register has no other owner once they are outputs"
+        )]
+        // SAFETY: the register exists and every word is valid; it is one store, so nobody else's pins change.
+        unsafe {
+            (*pac::GPIOB::ptr()).bsrr().write(|w| w.bits(word));
+        }
+    }
+
+    /// The bits of `axes` among the pins of three axes.
+    fn word(of: [u32; 3], axes: Axes) -> u32 {
+        (0..3).filter(|&axis| axes.contains(axis)).map(|axis| of[axis]).sum()
+    }
+
+    struct Motors {
+        pwm: PwmChannel<pac::TIM4, 0>,
+        servo: Servo,
+        /// Step pins of each set of axes.
+        words: [u32; 8],
+        wiring: Wiring,
+    }
+
+    impl Hardware for Motors {
+        const TICKS_PER_US: u32 = CLOCK_MHZ;
+        const TICK_ENDS_PULSE: bool = true;
+
+        fn set_directions(&mut self, negative: Axes) {
+            let high = Axes::from_bits(negative.bits() ^ self.wiring.invert_directions.bits());
+            drive(word(DIRECTION, high) | word(DIRECTION, Axes::from_bits(!high.bits())) << RESET);
+        }
+
+        #[inline]
+        fn step(&mut self, axes: Axes) {
+            drive(self.words[usize::from(axes.bits() & 7)]);
+        }
+
+        #[inline]
+        fn end_step(&mut self) {
+            drive(self.words[7] << RESET);
+        }
+
+        fn set_pen(&mut self, pen: Pen) {
+            let Ok(()) = self.pwm.set_duty_cycle(self.servo.pulse_us(pen));
+        }
+
+        fn enable_motors(&mut self, on: bool) {
+            drive(if on { ENABLE << RESET } else { ENABLE });
+        }
+
+        fn limits(&mut self) -> Axes {
+            #[allow(unsafe_code, reason = "the port has no owner")]
+            // SAFETY: the register exists, and reading it does nothing else.
+            let level = unsafe { (*pac::GPIOA::ptr()).idr().read().bits() };
+            let mut closed = Axes::NONE;
+            for (axis, pin) in LIMIT.into_iter().enumerate() {
+                if level & pin == 0 {
+                    closed.insert(axis);
+                }
+            }
+            closed
+        }
+
+        fn configure(&mut self, wiring: Wiring) {
+            self.wiring = wiring;
+            for bits in 0..8 {
+                self.words[usize::from(bits)] = word(STEP, Axes::from_bits(bits));
+            }
+        }
+    }
+
+    #[interrupt]
+    fn TIM2() {
+        timer().sr().write(|w| w.cc1if().clear());
+        let due = SHARED.tick(now());
+        #[allow(unsafe_code, reason = "a time is no enumeration")]
+        // SAFETY: every time is valid.
+        timer().ccr1().write(|w| unsafe { w.bits(due) });
+        // The channel compares for equality only.
+        if !(1..=Cadence::LONGEST).contains(&due.wrapping_sub(now())) {
+            NVIC::pend(pac::Interrupt::TIM2);
+        }
+    }
+
+    /// The sending half, which interrupts when it can take another byte: it has room for one only.
+    struct Sender(Tx<pac::USART1>);
+
+    impl ErrorType for Sender {
+        type Error = Infallible;
+    }
+
+    impl WriteReady for Sender {
+        fn write_ready(&mut self) -> Result<bool, Infallible> {
+            Ok(self.0.is_tx_empty())
+        }
+    }
+
+    impl Write for Sender {
+        /// Takes one byte, or waits until it can.
+        fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+            let Some(&byte) = bytes.first() else { return Ok(0) };
+            while !self.0.is_tx_empty() {}
+            #[allow(unsafe_code, reason = "a byte is no enumeration")]
+            // SAFETY: only the owner of the sending half writes to this register.
+            unsafe {
+                (*pac::USART1::ptr()).dr().write(|w| w.dr().bits(byte.into()));
+            }
+            self.0.listen();
+            Ok(1)
+        }
+
+        fn flush(&mut self) -> Result<(), Infallible> {
+            while !self.0.is_tx_empty() {}
+            Ok(())
+        }
+    }
+
+    #[interrupt]
+    fn USART1() {
+        static mut PORT: Option<Rx<pac::USART1>> = None;
+
+        let Some(port) = RECEIVER.owned(PORT) else { return };
+        // A byte with an error of framing, or the one after an overrun, is no byte; the line it belonged to will not make sense, and be refused.
+        while port.is_rx_not_empty() {
+            if let Ok(byte) = port.read() {
+                SHARED.receive(byte);
+            }
+        }
+        // Whether it was this or the sender that called: the foreground has it listen again.
+        critical_section::with(|_| {
+            #[allow(unsafe_code, reason = "the control register is shared with the sending half")]
+            // SAFETY: the other one to change it is the foreground, which this interrupts at a lower priority: in between its read and its write that would be undone, but only
+            // to listen once more than needed.
+            unsafe {
+                (*pac::USART1::ptr()).cr1().modify(|_, w| w.txeie().disabled());
+            }
+        });
+        SCB::set_pendsv();
+    }
+
+    #[exception]
+    fn SysTick() {
+        SCB::set_pendsv();
+    }
+
+    #[exception]
+    fn PendSV() {
+        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS>> = None;
+        static mut PORT: Option<Sender> = None;
+
+        if PORT.is_none() {
+            let mut sender = None;
+            SENDER.owned(&mut sender);
+            *PORT = sender.map(Sender);
+        }
+        let Some(port) = PORT else { return };
+        let foreground = FOREGROUND.get_or_insert_with(|| Foreground::new(&SHARED, Settings::default()));
+        let Ok(more) = foreground.turn(port);
+        if more {
+            SCB::set_pendsv();
+        }
+    }
+
+    /// Motors released, pen as it is: the servo's PWM goes on by itself. The watchdog is not used, since a machine that has lost its place must not go on.
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+        cortex_m::interrupt::disable();
+        drive(ENABLE);
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Arm MPS2 with the image AN500: Cortex-M7 with an f64 unit, as QEMU emulates it (`-M mps2-an500`).
+//!
+//! For the wiring, which is the same on both images, and for what the serial ports carry see `mps2/mod.rs`. Build and run, with 3 serial ports:
+//!
+//! ```text
+//! RUSTFLAGS=-Ctarget-cpu=cortex-m7 cargo build --profile firmware -p penvis-firmware --bin mps2-an500 --features board-mps2-an500 --target thumbv7em-none-eabihf
+//! qemu-system-arm -M mps2-an500 -nographic -monitor none -semihosting -kernel target/thumbv7em-none-eabihf/firmware/mps2-an500 \
+//!     -serial mon:stdio -serial file:trace.bin -serial null
+//! ```
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod mps2;
+
+/// The board is what this is for; a host only checks that it compiles.
+#[cfg(not(target_os = "none"))]
+fn main() {}
