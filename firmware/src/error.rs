@@ -35,8 +35,9 @@ numbered! {
         BadNumber = 2, "the number after a letter is missing or malformed";
         InvalidStatement = 3, "the `$` command is unknown or malformed";
         NegativeValue = 4, "the value must not be negative (or zero, for a scale or a limit)";
-        HomingDisabled = 5, "there is no homing cycle: move the pen to the origin by hand";
+        HomingDisabled = 5, "homing is off: set $22=1 and $44 if there are home switches, else move the pen to the origin by hand";
         PulseTooShort = 6, "the step pulse must last at least 3 µs";
+        StorageFailed = 7, "the stored settings are damaged (the defaults are in force), or could not be written";
         NotIdle = 8, "this command needs the machine idle or in alarm: wait for the motion to end";
         Locked = 9, "locked by an alarm: send $X first";
         LineOverflow = 11, "the line has more than 79 characters after stripping";
@@ -52,6 +53,7 @@ numbered! {
         NoAxisWords = 26, "the code needs axis words";
         InvalidLineNumber = 27, "the line number exceeds 10000000";
         ValueWordMissing = 28, "the code needs a value word (P for G4)";
+        NoSuchSystem = 29, "there are the coordinate systems P1 to P6 (G54 to G59), and P0 for the one in use";
         G53NeedsRapidOrLinear = 30, "G53 works only with G0 and G1";
         AxisWordsUnused = 31, "axis words, but no motion mode is active";
         NoAxisWordsInPlane = 32, "the arc has no axis word in its plane";
@@ -59,6 +61,7 @@ numbered! {
         ArcRadius = 34, "no circle of radius R passes through start and end";
         NoOffsetsInPlane = 35, "the arc has neither R nor a centre offset in its plane";
         UnusedWords = 36, "value words that nothing on the line uses";
+        ToolLengthNotZ = 37, "G43.1 needs a Z word and no other axis";
         ToolNumberTooLarge = 38, "the tool number exceeds 255";
     }
 }
@@ -66,7 +69,12 @@ numbered! {
 numbered! {
     /// Why the machine stopped and locked itself, as `ALARM:n`.
     Alarm {
+        HardLimit = 1, "a limit switch closed: the position may be lost; reset, then $H or $X";
         SoftLimit = 2, "a target beyond the travel of the machine: reset, then $X";
         AbortedInMotion = 3, "reset while moving: the position is lost";
+        HomingReset = 6, "reset while homing";
+        HomingDoor = 7, "the safety door opened while homing";
+        HomingPullOff = 8, "the home switch stayed closed after the pull-off: raise $27 or look at the wiring";
+        HomingNotFound = 9, "no home switch within one and a half times the travel: look at $23, $44, $130 and the wiring";
     }
 }

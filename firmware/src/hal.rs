@@ -15,8 +15,12 @@ use crate::pen::{Pen, Servo};
 pub struct Wiring {
     /// Width of a step pulse, µs (`$0`).
     pub pulse_us: u8,
+    /// Axes whose step signal is inverted: a step is its falling edge (`$2`).
+    pub invert_steps: Axes,
     /// Axes whose direction signal is inverted (`$3`).
     pub invert_directions: Axes,
+    /// The enable signal is inverted (`$4`).
+    pub invert_enable: bool,
     /// Motors are released after this many ms; 255: never (`$1`). The stepper minds it, not the hardware.
     pub idle_delay_ms: u8,
 }
@@ -114,7 +118,7 @@ pub struct Pins<X, Y, Z, E, P, D> {
     pub y: Y,
     /// Z axis.
     pub z: Z,
-    /// Enable pin of the drivers: low energises.
+    /// Enable pin of the drivers: low energises, unless `$4` inverts it.
     pub enable: E,
     /// PWM channel of the servo, set to the frame of `servo`.
     pub pwm: P,
@@ -150,15 +154,16 @@ where
     }
 
     fn step(&mut self, axes: Axes) {
+        let inverted = self.wiring.invert_steps;
         for high in [true, false] {
             if axes.contains(0) {
-                self.x.set_step(high);
+                self.x.set_step(high != inverted.contains(0));
             }
             if axes.contains(1) {
-                self.y.set_step(high);
+                self.y.set_step(high != inverted.contains(1));
             }
             if axes.contains(2) {
-                self.z.set_step(high);
+                self.z.set_step(high != inverted.contains(2));
             }
             if high {
                 self.delay.delay_us(u32::from(self.wiring.pulse_us));
@@ -172,11 +177,15 @@ where
     }
 
     fn enable_motors(&mut self, on: bool) {
-        let Ok(()) = self.enable.set_state((!on).into());
+        let Ok(()) = self.enable.set_state((on == self.wiring.invert_enable).into());
     }
 
     fn configure(&mut self, wiring: Wiring) {
         self.wiring = wiring;
+        // The levels between steps.
+        self.x.set_step(wiring.invert_steps.contains(0));
+        self.y.set_step(wiring.invert_steps.contains(1));
+        self.z.set_step(wiring.invert_steps.contains(2));
     }
 }
 
@@ -249,8 +258,12 @@ mod tests {
         };
         let both = Axes::from_bits(0b011);
         assert_eq!(
-            said(&mut |p| p.configure(Wiring { pulse_us: 4, invert_directions: Axes::from_bits(2), idle_delay_ms: 0 })),
-            ""
+            said(&mut |p| p.configure(Wiring {
+                pulse_us: 4,
+                invert_directions: Axes::from_bits(2),
+                ..Wiring::default()
+            })),
+            "xs0 ys0"
         );
         assert_eq!(said(&mut |p| p.enable_motors(true)), "en0");
         assert_eq!(said(&mut |p| p.set_directions(both)), "xd1 yd0");
@@ -261,5 +274,9 @@ mod tests {
         assert_eq!(said(&mut |p| p.set_pen(Pen::Off)), "pwm2000");
         assert_eq!(said(&mut |p| p.set_pen(Pen::On { level: u16::MAX })), "pwm4000");
         assert_eq!(said(&mut |p| p.enable_motors(false)), "en1");
+        let inverted = Wiring { invert_steps: Axes::from_bits(1), invert_enable: true, ..Wiring::default() };
+        assert_eq!(said(&mut |p| p.configure(inverted)), "xs1 ys0");
+        assert_eq!(said(&mut |p| p.step(both)), "xs0 ys1 ns0 xs1 ys0");
+        assert_eq!(said(&mut |p| p.enable_motors(true)), "en1");
     }
 }

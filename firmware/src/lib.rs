@@ -13,7 +13,7 @@
 //!  line      RX ring, 128 bytes ─▶ line editor, 79 characters                   TX queue
 //!              │ stripped line                                                     ▲
 //!  gcode       ▼                          system                                   │
-//!            words ─▶ checks ─▶ actions     $ commands ─▶ settings ─▶ report ──────┘
+//!            words ─▶ checks ─▶ actions     $ commands ─▶ settings ─▶ storage, report ─┘
 //!              │ lines and chords of arcs, machine mm, f64
 //!  planner     ▼
 //!            absolute steps, i32 ─▶ blocks with the speeds of their junctions, f32
@@ -29,16 +29,30 @@
 //! context. A board with interrupts owns them apart: see [`Shared`].
 //!
 //! 1. `ok` means planned, not drawn. A line that finds the planner full waits, unanswered, and what follows it fills the receive ring: that is what character-counting senders rely on.
-//! 2. A line is checked as a whole; a refused one changes nothing.
+//! 2. A line is checked as a whole; a refused one changes nothing. What is stored is in force once it is in the memory.
 //! 3. Dwells (G4), changes of the pen (M3, M5, S with `$32=0`) and program flow (M0, M2, M30) wait until everything before them has been drawn.
 //! 4. Every target is rounded to steps once, from its absolute position. Position errors do not accumulate, and each block ends exactly there.
 //! 5. Stops keep the position unless a reset (0x18) cuts off a motion, which is then reported as ALARM:3.
 //!
+//! # What outlives switching off
+//!
+//! With a memory of `embedded-storage`'s `NorFlash` ([`Controller::with_storage`]): the settings, the origins of G54 to G59, the places of G28 and G30, the start-up lines of `$N`
+//! and the text of `$I=`. Two slots take turns, so that a cut of the power while one is written leaves the record of the other. Without a memory
+//! all of these last until the machine is switched off.
+//!
+//! # Homing and limits
+//!
+//! `$22=1` has the machine start locked until `$H` has found the home switches of the axes in `$44`: towards the ends that `$23` says, at the feeds of `$25` and `$24`, with the
+//! pull-off of `$27`. Then the travel lies below the origin, as in GRBL; `$22=9` makes home the origin instead. `$21` stops at once when a
+//! switch closes, `$20` refuses targets outside of the travel.
+//!
 //! # What is different from GRBL
 //!
-//! There is no homing cycle (`$H` and `$22=1` give error:5), no probe, no G10, G28 or G30, no start-up lines, and G54 is the only coordinate system. Soft limits (`$20`)
-//! work without homing: the pen is put at the origin by hand, and the sheet lies in 0..=travel. `~` also resumes a hold that has not yet
-//! come to rest. The coordinates and settings live in RAM. In laser mode (`$32=1`) changes of the pen ride with the motion, but G0 does not switch it off.
+//! There is no probe (G38, `$6`): a pen needs none. Axes home one after the other, and stop with deceleration, so that no step is lost. Soft limits (`$20`)
+//! also work without homing: the pen is put at the origin by hand, and the sheet lies in 0..=travel. `~` also resumes a hold that has not yet
+//! come to rest. A start-up line is checked when it is given, and not obeyed before the next start. An open door (0x84) counts as closed when `~` comes. In laser mode (`$32=1`)
+//! changes of the pen ride with the motion, but G0 does not switch it off. From grblHAL come the numbers of what GRBL has not: `$22` bit 3, `$41` (park the pen at a hold), `$44`,
+//! and `$HX`.
 //!
 //! # Units
 //!
@@ -48,8 +62,10 @@
 //!
 //! | | bytes of RAM, 32-bit |
 //! |---|---|
-//! | [`Machine`] with 15 blocks (default) | below 3 K |
-//! | with 64 blocks | below 6 K |
+//! | [`Machine`] with 15 blocks (default) | below 4 K |
+//! | with 64 blocks | below 7 K |
+//! | of which what is stored | below 1 K |
+//! | stack while a record is written | 3 K |
 //! | of which [`Stepper`] with its queue of [`SEGMENTS`] commands | below 1 K |
 //!
 //! Flash: about 36 K of thumbv7em code at `opt-level = "s"`, the software f64 arithmetic not counted.
@@ -88,6 +104,7 @@ mod segment;
 mod serve;
 mod settings;
 mod stepper;
+mod storage;
 mod system;
 
 pub use axis::{AXES, Axes};
@@ -103,3 +120,4 @@ pub use runtime::{Cadence, Foreground, Shared};
 pub use serve::{pump, serve};
 pub use settings::{MAX_STEP_RATE, Settings};
 pub use stepper::{Command, IDLE_US, SEGMENTS, StepSink, Stepper, Steps};
+pub use storage::{NoStorage, NoStorageError, RECORD_BYTES, slot_bytes};

@@ -1,10 +1,13 @@
 //! Controller and stepper in one, for a context that runs both.
 
+use embedded_storage::nor_flash::NorFlash;
+
 use crate::axis::AXES;
 use crate::controller::Controller;
 use crate::hal::Hardware;
 use crate::settings::Settings;
 use crate::stepper::{StepSink, Stepper};
+use crate::storage::NoStorage;
 
 /// The whole firmware: bytes in, steps out, in real or in virtual time.
 ///
@@ -36,17 +39,24 @@ use crate::stepper::{StepSink, Stepper};
 /// assert!((0.2..0.3).contains(&(machine.now() as f64 * 1e-6))); // 10 mm at 50 mm/s and 1000 mm/s²
 /// ```
 ///
-/// `BLOCKS` is the number of blocks the planner looks ahead (GRBL's 15 by default; 64 where RAM allows).
+/// `BLOCKS` is the number of blocks the planner looks ahead (GRBL's 15 by default; 64 where RAM allows), `F` the memory for what outlives switching off.
 #[derive(Debug)]
-pub struct Machine<H, const BLOCKS: usize = 15> {
-    controller: Controller<BLOCKS>,
+pub struct Machine<H, const BLOCKS: usize = 15, F = NoStorage> {
+    controller: Controller<BLOCKS, F>,
     stepper: Stepper<H>,
 }
 
 impl<H: Hardware, const BLOCKS: usize> Machine<H, BLOCKS> {
-    /// A machine at rest at the origin, which has just sent its banner.
+    /// A machine at rest at the origin, which has just sent its banner. It forgets everything when it is switched off.
     pub fn new(hardware: H, settings: Settings) -> Self {
-        Self { controller: Controller::new(settings), stepper: Stepper::new(hardware) }
+        Self::with_storage(hardware, settings, NoStorage)
+    }
+}
+
+impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Machine<H, BLOCKS, F> {
+    /// A machine with what `flash` holds: see [`Controller::with_storage`].
+    pub fn with_storage(hardware: H, defaults: Settings, flash: F) -> Self {
+        Self { controller: Controller::with_storage(defaults, flash), stepper: Stepper::new(hardware) }
     }
 
     /// Takes one byte from the port: see [`Controller::receive`].
@@ -118,6 +128,12 @@ impl<H: Hardware, const BLOCKS: usize> Machine<H, BLOCKS> {
         self.controller.rx_free()
     }
 
+    /// The memory for what outlives switching off.
+    #[must_use]
+    pub fn storage(&self) -> &F {
+        self.controller.storage()
+    }
+
     /// The hardware.
     #[must_use]
     pub fn hardware(&self) -> &H {
@@ -151,8 +167,9 @@ mod tests {
     /// The figures of the crate's documentation; they hold on 32-bit boards too, where only the queues' lengths are smaller.
     #[test]
     fn ram_is_as_documented() {
-        assert!(size_of::<Machine<None>>() <= 3 * 1024);
-        assert!(size_of::<Machine<None, 64>>() <= 6 * 1024);
+        assert!(size_of::<Machine<None>>() <= 4 * 1024);
+        assert!(size_of::<Machine<None, 64>>() <= 7 * 1024);
         assert!(size_of::<Stepper<None>>() <= 1024);
+        assert!(size_of::<crate::storage::Stored>() <= 1024);
     }
 }

@@ -4,11 +4,12 @@ use core::fmt::{self, Write};
 
 use heapless::{Deque, String};
 
-use crate::axis::AXES;
+use crate::axis::{AXES, Axes};
 use crate::error::{Alarm, Error};
-use crate::gcode::{Distance, GcodeState, Motion, Plane, Spindle, Units};
+use crate::gcode::{Distance, FeedMode, GcodeState, Motion, Plane, Spindle, Units};
 use crate::number::write_fixed;
 use crate::settings::{SETTING_IDS, Settings};
+use crate::storage::{SYSTEMS, Stored};
 
 /// Bytes the transmit queue holds.
 pub const TX_BYTES: usize = 512;
@@ -101,8 +102,19 @@ impl Transmitter {
                 Spindle::Clockwise => "M3",
                 Spindle::CounterClockwise => "M4",
             };
-            let coolant = if state.coolant { "M8" } else { "M9" };
-            write!(out, "[GC:{motion} G54 {plane} {units} {distance} G94 {spindle} {coolant} T{} F", state.tool)?;
+            let coolant = match (state.mist, state.flood) {
+                (false, false) => "M9",
+                (true, false) => "M7",
+                (false, true) => "M8",
+                (true, true) => "M7 M8",
+            };
+            let feed = if state.feed_mode == FeedMode::InverseTime { "G93" } else { "G94" };
+            let system = 54 + state.system;
+            write!(
+                out,
+                "[GC:{motion} G{system} {plane} {units} {distance} {feed} {spindle} {coolant} T{} F",
+                state.tool
+            )?;
             let (scale, decimals) = if settings.report_inches { (25.4, 1) } else { (1.0, 0) };
             write_fixed(out, state.feed / scale, decimals)?;
             out.write_str(" S")?;
@@ -111,30 +123,64 @@ impl Transmitter {
         });
     }
 
-    /// `$I`, first and second line.
-    pub(crate) fn version(&mut self, second: bool, blocks: usize, rx: usize) {
-        if second {
-            self.line(|out| write!(out, "[OPT:V,{blocks},{rx}]"));
-        } else {
-            self.text("[VER:1.1h.penvis:]");
-        }
+    /// `$I`: `name` is the text of `$I=`.
+    pub(crate) fn version(&mut self, name: &[u8], blocks: usize, rx: usize) {
+        self.line(|out| {
+            out.write_str("[VER:1.1h.penvis:")?;
+            write_ascii(out, name)?;
+            out.write_str("]")
+        });
+        // V: the pen's level varies; H: single axes home.
+        self.line(|out| write!(out, "[OPT:VH,{blocks},{rx}]"));
+    }
+
+    /// A line of `$N`.
+    pub(crate) fn startup_line(&mut self, index: usize, line: &[u8]) {
+        self.line(|out| {
+            write!(out, "$N{index}=")?;
+            write_ascii(out, line)
+        });
+    }
+
+    /// The answer to a start-up line.
+    pub(crate) fn startup(&mut self, line: &[u8], result: Result<(), Error>) {
+        self.line(|out| {
+            out.write_str(">")?;
+            write_ascii(out, line)?;
+            match result {
+                Ok(()) => out.write_str(":ok"),
+                Err(error) => write!(out, ":error:{}", error.code()),
+            }
+        });
     }
 
     /// Line `index` of `$#`; false past the last.
-    pub(crate) fn parameter(&mut self, index: usize, state: &GcodeState, settings: &Settings) -> bool {
-        let zero = [0.0; AXES];
+    pub(crate) fn parameter(&mut self, index: usize, state: &GcodeState, stored: &Stored) -> bool {
+        let settings = &stored.settings;
+        let place = |index: usize| stored.places.get(index).copied().unwrap_or_default();
         let (name, values, tail) = match index {
-            0 => ("G54", zero, ""),
-            1 => ("G92", state.offset, ""),
-            2 => {
-                self.text("[TLO:0.000]");
+            0..SYSTEMS => (54 + index, stored.systems.get(index).copied().unwrap_or_default(), ""),
+            6 => (28, place(0), ""),
+            7 => (30, place(1), ""),
+            8 => (92, state.offset, ""),
+            9 => {
+                self.line(|out| {
+                    out.write_str("[TLO:")?;
+                    write_length(out, state.tool_length, settings)?;
+                    out.write_str("]")
+                });
                 return true;
             }
-            3 => ("PRB", zero, ":0"),
+            // There is no probe.
+            10 => (0, [0.0; AXES], ":0"),
             _ => return false,
         };
         self.line(|out| {
-            write!(out, "[{name}:")?;
+            if name == 0 {
+                out.write_str("[PRB:")?
+            } else {
+                write!(out, "[G{name}:")?
+            }
             write_position(out, values, settings)?;
             write!(out, "{tail}]")
         });
@@ -152,15 +198,53 @@ pub(crate) fn setting_id(index: usize) -> Option<u16> {
     SETTING_IDS.get(index).copied()
 }
 
-fn write_position(out: &mut impl Write, mm: [f64; AXES], settings: &Settings) -> fmt::Result {
+fn write_length(out: &mut impl Write, mm: f64, settings: &Settings) -> fmt::Result {
     let (scale, decimals) = if settings.report_inches { (25.4, 4) } else { (1.0, 3) };
+    write_fixed(out, mm / scale, decimals)
+}
+
+fn write_position(out: &mut impl Write, mm: [f64; AXES], settings: &Settings) -> fmt::Result {
     for (axis, value) in mm.into_iter().enumerate() {
         if axis > 0 {
             out.write_char(',')?;
         }
-        write_fixed(out, value / scale, decimals)?;
+        write_length(out, value, settings)?;
     }
     Ok(())
+}
+
+/// A line that the line editor let through, which is ASCII.
+fn write_ascii(out: &mut impl Write, text: &[u8]) -> fmt::Result {
+    text.iter().try_for_each(|&byte| out.write_char(char::from(byte)))
+}
+
+/// The part of a status report that tells of overrides.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OverrideReport {
+    /// Percentages.
+    pub(crate) feed: u8,
+    pub(crate) rapid: u8,
+    pub(crate) pen: u8,
+    pub(crate) spindle: Spindle,
+    pub(crate) flood: bool,
+    pub(crate) mist: bool,
+}
+
+impl OverrideReport {
+    fn write(&self, out: &mut impl Write) -> fmt::Result {
+        write!(out, "|Ov:{},{},{}", self.feed, self.rapid, self.pen)?;
+        let spindle = match self.spindle {
+            Spindle::Off => "",
+            Spindle::Clockwise => "S",
+            Spindle::CounterClockwise => "C",
+        };
+        let flood = if self.flood { "F" } else { "" };
+        let mist = if self.mist { "M" } else { "" };
+        if !(spindle.is_empty() && flood.is_empty() && mist.is_empty()) {
+            write!(out, "|A:{spindle}{flood}{mist}")?;
+        }
+        Ok(())
+    }
 }
 
 /// What a status report tells.
@@ -177,8 +261,12 @@ pub(crate) struct Status<'a> {
     /// mm/min.
     pub(crate) feed: f64,
     pub(crate) speed: f64,
-    /// Feed, rapid: when it is their turn.
-    pub(crate) overrides: Option<(u8, u8)>,
+    /// Limit switches that are closed.
+    pub(crate) limits: Axes,
+    /// The safety door is open.
+    pub(crate) door: bool,
+    /// When it is their turn.
+    pub(crate) overrides: Option<OverrideReport>,
     /// Whether the work offset is due.
     pub(crate) with_offset: bool,
     pub(crate) settings: &'a Settings,
@@ -207,11 +295,20 @@ impl Status<'_> {
         write_fixed(out, self.feed / scale, decimals)?;
         out.write_char(',')?;
         write_fixed(out, self.speed, 0)?;
+        if self.door || !self.limits.is_empty() {
+            out.write_str("|Pn:")?;
+            for (_, letter) in "XYZ".chars().enumerate().filter(|(axis, _)| self.limits.contains(*axis)) {
+                out.write_char(letter)?;
+            }
+            if self.door {
+                out.write_char('D')?;
+            }
+        }
         if self.with_offset {
             out.write_str("|WCO:")?;
             write_position(out, self.offset, self.settings)?;
-        } else if let Some((feed, rapid)) = self.overrides {
-            write!(out, "|Ov:{feed},{rapid},100")?;
+        } else if let Some(overrides) = self.overrides {
+            overrides.write(out)?;
         }
         out.write_char('>')
     }

@@ -15,6 +15,7 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 use embedded_io::{Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
 use heapless::Deque;
 
 use crate::axis::{AXES, Axes};
@@ -23,6 +24,7 @@ use crate::hal::{Hardware, Wiring};
 use crate::line::RX_BYTES;
 use crate::settings::Settings;
 use crate::stepper::{Command, StepSink, Stepper};
+use crate::storage::NoStorage;
 
 /// What the interrupts share, for a `static` of the board. Until [`Shared::start`] it does nothing.
 #[derive(Debug)]
@@ -147,16 +149,24 @@ impl<H: Hardware> StepSink for &Shared<H> {
 
 /// The lowest interrupt's own: everything between the bytes and the step commands.
 #[derive(Debug)]
-pub struct Foreground<H: 'static, const BLOCKS: usize> {
+pub struct Foreground<H: 'static, const BLOCKS: usize, F = NoStorage> {
     shared: &'static Shared<H>,
-    controller: Controller<BLOCKS>,
+    controller: Controller<BLOCKS, F>,
 }
 
 impl<H: Hardware, const BLOCKS: usize> Foreground<H, BLOCKS> {
-    /// For the machine whose hardware `shared` was started with.
+    /// For the machine whose hardware `shared` was started with. It forgets everything when it is switched off.
     #[must_use]
     pub fn new(shared: &'static Shared<H>, settings: Settings) -> Self {
-        Self { shared, controller: Controller::new(settings) }
+        Self::with_storage(shared, settings, NoStorage)
+    }
+}
+
+impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Foreground<H, BLOCKS, F> {
+    /// With what `flash` holds: see [`Controller::with_storage`].
+    #[must_use]
+    pub fn with_storage(shared: &'static Shared<H>, defaults: Settings, flash: F) -> Self {
+        Self { shared, controller: Controller::with_storage(defaults, flash) }
     }
 
     /// One turn: takes what has arrived, polls, and sends what the port takes at once, without waiting for it. Returns true when another turn would do more at once; else

@@ -3,6 +3,7 @@
 use core::convert::Infallible;
 
 use embedded_io::{Read, ReadReady, Write, WriteReady};
+use embedded_storage::nor_flash::NorFlash;
 
 use crate::hal::Hardware;
 use crate::line::RX_BYTES;
@@ -14,10 +15,11 @@ use crate::machine::Machine;
 ///
 /// # Errors
 /// The port's, at the first operation that fails; what was read before it has been taken in, and at most one byte to send is lost.
-pub fn pump<H, S, const BLOCKS: usize>(machine: &mut Machine<H, BLOCKS>, serial: &mut S) -> Result<bool, S::Error>
+pub fn pump<H, S, F, const BLOCKS: usize>(machine: &mut Machine<H, BLOCKS, F>, serial: &mut S) -> Result<bool, S::Error>
 where
     H: Hardware,
     S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
 {
     let mut byte = [0];
     for _ in 0..RX_BYTES {
@@ -43,14 +45,15 @@ where
 ///
 /// # Errors
 /// Returns only when the port fails, with its error.
-pub fn serve<H, S, const BLOCKS: usize>(
-    machine: &mut Machine<H, BLOCKS>,
+pub fn serve<H, S, F, const BLOCKS: usize>(
+    machine: &mut Machine<H, BLOCKS, F>,
     serial: &mut S,
     mut clock: impl FnMut() -> u64,
 ) -> Result<Infallible, S::Error>
 where
     H: Hardware,
     S: Read + ReadReady + Write + WriteReady,
+    F: NorFlash,
 {
     let mut due = clock();
     loop {

@@ -1,20 +1,28 @@
 //! The `$n=value` settings.
 
-use crate::axis::AXES;
+use crate::axis::{AXES, Axes};
 use crate::error::Error;
 
 /// Highest step rate of one axis that settings may ask for, in steps per second. Below it a timer of 1 µs keeps a period to 4 %.
 pub const MAX_STEP_RATE: f64 = 40_000.0;
 
-/// Everything that `$$` lists. Only [`Settings::set`] changes a value, so all of them are in range. They live in RAM, and every start has the values given to the machine.
+/// Everything that `$$` lists. Only [`Settings::set`] changes a value, so all of them are in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// `$0`: width of a step pulse, µs, 3 to 255.
     pub(crate) pulse_us: u8,
     /// `$1`: ms from the last step until the motors are released, 0 to 255; 255 holds them for ever.
     pub(crate) idle_delay_ms: u8,
+    /// `$2`: axes whose step signal is inverted, bits 0 to 2.
+    pub(crate) invert_steps: u8,
     /// `$3`: axes whose direction signal is inverted, bits 0 to 2.
     pub(crate) invert_directions: u8,
+    /// `$4`: the enable signal is inverted: high energises.
+    pub(crate) invert_enable: bool,
+    /// `$5`: limit switches are normally closed.
+    pub(crate) invert_limits: bool,
+    /// `$6`: kept for senders that set it; there is no probe.
+    pub(crate) invert_probe: bool,
     /// `$10`: status report: bit 0 machine (1) or work (0) position, bit 1 buffer fields.
     pub(crate) report_mask: u8,
     /// `$11`: junction deviation, mm, ≥ 0: how far a circle tangent to both lines of a corner stays from its vertex; sets the corner's speed.
@@ -23,14 +31,32 @@ pub struct Settings {
     pub(crate) arc_tolerance: f64,
     /// `$13`: report positions in inches.
     pub(crate) report_inches: bool,
-    /// `$20`: refuse targets outside 0..=travel in X and Y and ±travel in Z (machine coordinates; the start is 0).
+    /// `$20`: refuse targets outside of [`Settings::reach`].
     pub(crate) soft_limits: bool,
+    /// `$21`: a limit switch that closes while the machine moves stops it: ALARM:1.
+    pub(crate) hard_limits: bool,
+    /// `$22`: bit 0, `$H` homes, and the machine is locked until it has; bit 3 (as in grblHAL), home is the origin instead of the end of the travel.
+    pub(crate) homing: u8,
+    /// `$23`: axes that home towards the negative end, bits 0 to 2.
+    pub(crate) home_negative: u8,
+    /// `$24`: mm/min at which the switch is located.
+    pub(crate) home_feed: f64,
+    /// `$25`: mm/min at which the switch is sought.
+    pub(crate) home_seek: f64,
+    /// `$26`: ms of rest between the motions of homing, for the switch to come to rest too; 0 to 10000.
+    pub(crate) home_debounce: u16,
+    /// `$27`: mm from the switch at which homing ends.
+    pub(crate) home_pull_off: f64,
     /// `$30`: S of the highest pen level, ≥ 0.
     pub(crate) spindle_max: f64,
     /// `$31`: S of the lowest pen level, ≥ 0.
     pub(crate) spindle_min: f64,
     /// `$32`: laser mode: changes of the pen ride with the motion and do not stop it.
     pub(crate) laser_mode: bool,
+    /// `$41` (as in grblHAL): a hold that has come to rest lifts the pen, and going on puts it down first.
+    pub(crate) parking: bool,
+    /// `$44` (as in grblHAL): axes that have a home switch, bits 0 to 2. They home one after the other: Z, X, Y.
+    pub(crate) home_axes: u8,
     /// `$100`–`$102`: steps per mm, > 0.
     pub(crate) steps_per_mm: [f64; AXES],
     /// `$110`–`$112`: maximum rate, mm/min, > 0.
@@ -47,15 +73,28 @@ impl Default for Settings {
         Self {
             pulse_us: 10,
             idle_delay_ms: 255,
+            invert_steps: 0,
             invert_directions: 0,
+            invert_enable: false,
+            invert_limits: false,
+            invert_probe: false,
             report_mask: 3,
             junction_deviation: 0.01,
             arc_tolerance: 0.002,
             report_inches: false,
             soft_limits: false,
+            hard_limits: false,
+            homing: 0,
+            home_negative: 0b111,
+            home_feed: 100.0,
+            home_seek: 1500.0,
+            home_debounce: 50,
+            home_pull_off: 2.0,
             spindle_max: 1000.0,
             spindle_min: 0.0,
             laser_mode: false,
+            parking: false,
+            home_axes: 0b011,
             steps_per_mm: [80.0, 80.0, 80.0],
             max_rate: [12_000.0, 12_000.0, 3_000.0],
             acceleration: [1000.0, 1000.0, 500.0],
@@ -65,25 +104,46 @@ impl Default for Settings {
 }
 
 /// The numbers that `$$` lists, in its order.
-pub(crate) const SETTING_IDS: [u16; 23] =
-    [0, 1, 3, 10, 11, 12, 13, 20, 30, 31, 32, 100, 101, 102, 110, 111, 112, 120, 121, 122, 130, 131, 132];
+pub(crate) const SETTING_IDS: [u16; 36] = [
+    0, 1, 2, 3, 4, 5, 6, 10, 11, 12, 13, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31, 32, 41, 44, 100, 101, 102, 110, 111,
+    112, 120, 121, 122, 130, 131, 132,
+];
+
+/// `$22`: `$H` homes.
+const HOMING: u8 = 1 << 0;
+/// `$22`: home is the origin.
+const HOME_IS_ORIGIN: u8 = 1 << 3;
 
 impl Settings {
     /// The value of `$id` and the decimals it is printed with, or `None` for a number that is not a setting.
     #[must_use]
     pub fn get(&self, id: u16) -> Option<(f64, u8)> {
+        let flag = |on: bool| (f64::from(u8::from(on)), 0);
         Some(match id {
             0 => (f64::from(self.pulse_us), 0),
             1 => (f64::from(self.idle_delay_ms), 0),
+            2 => (f64::from(self.invert_steps), 0),
             3 => (f64::from(self.invert_directions), 0),
+            4 => flag(self.invert_enable),
+            5 => flag(self.invert_limits),
+            6 => flag(self.invert_probe),
             10 => (f64::from(self.report_mask), 0),
             11 => (self.junction_deviation, 3),
             12 => (self.arc_tolerance, 3),
-            13 => (f64::from(u8::from(self.report_inches)), 0),
-            20 => (f64::from(u8::from(self.soft_limits)), 0),
+            13 => flag(self.report_inches),
+            20 => flag(self.soft_limits),
+            21 => flag(self.hard_limits),
+            22 => (f64::from(self.homing), 0),
+            23 => (f64::from(self.home_negative), 0),
+            24 => (self.home_feed, 3),
+            25 => (self.home_seek, 3),
+            26 => (f64::from(self.home_debounce), 0),
+            27 => (self.home_pull_off, 3),
             30 => (self.spindle_max, 3),
             31 => (self.spindle_min, 3),
-            32 => (f64::from(u8::from(self.laser_mode)), 0),
+            32 => flag(self.laser_mode),
+            41 => flag(self.parking),
+            44 => (f64::from(self.home_axes), 0),
             100..=132 => (*self.table(id)?, 3),
             _ => return None,
         })
@@ -93,7 +153,7 @@ impl Settings {
     ///
     /// # Errors
     /// [`Error::InvalidStatement`] for an unknown number, [`Error::NegativeValue`] for a value outside the range in the field's documentation (`$30` …),
-    /// [`Error::PulseTooShort`], [`Error::HomingDisabled`] for `$22`, and [`Error::StepRateTooHigh`] when an axis
+    /// [`Error::PulseTooShort`], and [`Error::StepRateTooHigh`] when an axis
     /// would exceed [`MAX_STEP_RATE`]. The settings are unchanged then.
     pub fn set(&mut self, id: u16, value: f64) -> Result<(), Error> {
         if !value.is_finite() || value < 0.0 {
@@ -103,16 +163,29 @@ impl Settings {
             0 if value < 3.0 => return Err(Error::PulseTooShort),
             0 => self.pulse_us = byte(value)?,
             1 => self.idle_delay_ms = byte(value)?,
+            2 => self.invert_steps = byte(value)? & 0b111,
             3 => self.invert_directions = byte(value)? & 0b111,
+            4 => self.invert_enable = value != 0.0,
+            5 => self.invert_limits = value != 0.0,
+            6 => self.invert_probe = value != 0.0,
             10 => self.report_mask = byte(value)?,
             11 => self.junction_deviation = value,
             12 => self.arc_tolerance = positive(value)?,
             13 => self.report_inches = value != 0.0,
             20 => self.soft_limits = value != 0.0,
-            22 => return Err(Error::HomingDisabled),
+            21 => self.hard_limits = value != 0.0,
+            22 => self.homing = byte(value)? & (HOMING | HOME_IS_ORIGIN),
+            23 => self.home_negative = byte(value)? & 0b111,
+            24 => self.home_feed = positive(value)?,
+            25 => self.home_seek = positive(value)?,
+            26 if value > 10_000.0 => return Err(Error::NegativeValue),
+            26 => self.home_debounce = value as u16,
+            27 => self.home_pull_off = positive(value)?,
             30 => self.spindle_max = value,
             31 => self.spindle_min = value,
             32 => self.laser_mode = value != 0.0,
+            41 => self.parking = value != 0.0,
+            44 => self.home_axes = byte(value)? & 0b111,
             100..=132 => {
                 let mut changed = self.clone();
                 *changed.table_mut(id).ok_or(Error::InvalidStatement)? = positive(value)?;
@@ -154,12 +227,53 @@ impl Settings {
         }
     }
 
-    /// Whether `target` (machine mm) lies in the travel, or soft limits are off.
+    /// Whether `$H` homes (`$22`).
+    pub(crate) fn can_home(&self) -> bool {
+        self.homing & HOMING != 0
+    }
+
+    /// The axes that home (`$44`).
+    pub(crate) fn homing_axes(&self) -> Axes {
+        if self.can_home() { Axes::from_bits(self.home_axes) } else { Axes::NONE }
+    }
+
+    /// Whether `axis` homes towards its negative end (`$23`).
+    pub(crate) fn homes_down(&self, axis: usize) -> bool {
+        Axes::from_bits(self.home_negative).contains(axis)
+    }
+
+    /// The machine position of `axis` after homing, mm: the pull-off (`$27`) from the end of the travel, or the origin (`$22`, bit 3).
+    ///
+    /// As in GRBL the travel lies below the origin, so home is near 0 at the positive end and near −travel at the negative.
+    pub(crate) fn home(&self, axis: usize) -> f64 {
+        let travel = self.travel.get(axis).copied().unwrap_or(0.0);
+        match (self.homing & HOME_IS_ORIGIN != 0, self.homes_down(axis)) {
+            (true, _) => 0.0,
+            (false, true) => self.home_pull_off - travel,
+            (false, false) => -self.home_pull_off,
+        }
+    }
+
+    /// Lowest and highest machine position of `axis`, mm. Of an axis that homes: −travel to 0, as in GRBL, or when home is the origin, the travel from it away from
+    /// the switch. Else the start is 0, and the sheet lies in 0 to travel; Z may go either way.
+    pub(crate) fn reach(&self, axis: usize) -> [f64; 2] {
+        let travel = self.travel.get(axis).copied().unwrap_or(0.0);
+        if self.homing_axes().contains(axis) {
+            if self.homing & HOME_IS_ORIGIN != 0 && self.homes_down(axis) { [0.0, travel] } else { [-travel, 0.0] }
+        } else if axis == 2 {
+            [-travel, travel]
+        } else {
+            [0.0, travel]
+        }
+    }
+
+    /// Whether `target` (machine mm) lies in the reach of all axes, or soft limits are off.
     pub(crate) fn in_travel(&self, target: [f64; AXES]) -> bool {
         !self.soft_limits
-            || ((0.0..=self.travel[0]).contains(&target[0])
-                && (0.0..=self.travel[1]).contains(&target[1])
-                && target[2].abs() <= self.travel[2])
+            || target.into_iter().enumerate().all(|(axis, mm)| {
+                let [low, high] = self.reach(axis);
+                (low..=high).contains(&mm)
+            })
     }
 }
 
@@ -196,7 +310,8 @@ mod tests {
             (0, 300.0, Error::NegativeValue),
             (11, -1.0, Error::NegativeValue),
             (12, 0.0, Error::NegativeValue),
-            (22, 1.0, Error::HomingDisabled),
+            (24, 0.0, Error::NegativeValue),
+            (26, 10_001.0, Error::NegativeValue),
             (99, 1.0, Error::InvalidStatement),
             (103, 1.0, Error::InvalidStatement),
             (100, 0.0, Error::NegativeValue),
@@ -207,5 +322,17 @@ mod tests {
             assert_eq!(s.set(id, value), Err(error), "${id}={value}");
         }
         assert_eq!(s, Settings::default());
+    }
+    #[test]
+    fn the_reach_lies_where_home_is() {
+        let mut s = Settings::default();
+        assert_eq!([0, 1, 2].map(|axis| s.reach(axis)), [[0.0, 430.0], [0.0, 310.0], [-50.0, 50.0]]);
+        s.set(22, 1.0).unwrap();
+        s.set(23, 1.0).unwrap();
+        assert_eq!([0, 1, 2].map(|axis| s.reach(axis)), [[-430.0, 0.0], [-310.0, 0.0], [-50.0, 50.0]]);
+        assert_eq!([s.home(0), s.home(1)], [-428.0, -2.0]);
+        s.set(22, 9.0).unwrap();
+        assert_eq!([s.reach(0), s.reach(1)], [[0.0, 430.0], [-310.0, 0.0]]);
+        assert_eq!([s.home(0), s.home(1)], [0.0, 0.0]);
     }
 }

@@ -29,7 +29,23 @@ fn lines_and_their_answers() {
         ("$110=1e9", "error:3\r\n"),
         ("$110=1000000", "error:12\r\n"),
         ("G5", "error:20\r\n"),
-        ("G55", "error:20\r\n"),
+        ("G55 G43.1 Z2 G93 G61", "ok\r\n"),
+        ("G59.1", "error:20\r\n"),
+        ("G64", "error:20\r\n"),
+        ("G38.2 Z-1 F100", "error:20\r\n"),
+        ("G93 G1 X1", "error:22\r\n"),
+        ("G10 L2 P1", "error:26\r\n"),
+        ("G10 L2 X1", "error:28\r\n"),
+        ("G10 L2 P7 X1", "error:29\r\n"),
+        ("G10 L2 P1.5 X1", "error:23\r\n"),
+        ("G10 L3 P1 X1", "error:20\r\n"),
+        ("G10 L2 P1 R5 X1", "error:20\r\n"),
+        ("G10 L2 P1 X1e9", "error:20\r\n"),
+        ("G10 L2 P1 X999999999", "error:33\r\n"),
+        ("G28 G0 X1", "error:24\r\n"),
+        ("G43.1 X1", "error:37\r\n"),
+        ("M7 M8", "error:21\r\n"),
+        ("$HX", "error:5\r\n"),
         ("G90.1", "error:20\r\n"),
         ("M6", "error:20\r\n"),
         ("A1", "error:20\r\n"),
@@ -80,20 +96,25 @@ fn refused_lines_change_nothing() {
 fn listings() {
     let mut sim = Sim::with(&[]);
     let settings = sim.ask("$$");
-    assert_eq!(settings.lines().count(), 24);
-    assert!(settings.starts_with("$0=10\r\n$1=255\r\n$3=0\r\n"), "{settings}");
+    assert_eq!(settings.lines().count(), 37);
+    assert!(settings.starts_with("$0=10\r\n$1=255\r\n$2=0\r\n"), "{settings}");
     assert!(settings.contains("\r\n$100=80.000\r\n") && settings.ends_with("$132=50.000\r\nok\r\n"), "{settings}");
-    assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:]\r\n[OPT:V,15,128]\r\nok\r\n");
+    assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:]\r\n[OPT:VH,15,128]\r\nok\r\n");
     assert_eq!(sim.ask("$G"), "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]\r\nok\r\n");
     sim.ask("G92 X-1.5");
     assert_eq!(
         sim.ask("$#"),
-        "[G54:0.000,0.000,0.000]\r\n[G92:1.500,0.000,0.000]\r\n[TLO:0.000]\r\n[PRB:0.000,0.000,0.000:0]\r\nok\r\n"
+        [
+            "[G54:0.000,0.000,0.000]\r\n[G55:0.000,0.000,0.000]\r\n[G56:0.000,0.000,0.000]\r\n[G57:0.000,0.000,0.000]\r\n",
+            "[G58:0.000,0.000,0.000]\r\n[G59:0.000,0.000,0.000]\r\n[G28:0.000,0.000,0.000]\r\n[G30:0.000,0.000,0.000]\r\n",
+            "[G92:1.500,0.000,0.000]\r\n[TLO:0.000]\r\n[PRB:0.000,0.000,0.000:0]\r\nok\r\n",
+        ]
+        .concat()
     );
     assert_eq!(sim.ask("$N"), "$N0=\r\n$N1=\r\nok\r\n");
     assert_eq!(sim.ask("$101=40"), "ok\r\n");
     assert!(sim.ask("$$").contains("$101=40.000\r\n"));
-    assert_eq!(sim.ask("$RST=$"), "ok\r\n");
+    assert_eq!(sim.ask("$RST=$"), "[MSG:Restoring defaults]\r\nok\r\n\r\nGrbl 1.1h ['$' for help]\r\n");
     assert!(sim.ask("$$").contains("$101=80.000\r\n"));
 }
 
@@ -109,7 +130,7 @@ fn listings_wait_for_a_slow_reader() {
         answer.extend(sim.machine.transmit());
     }
     let answer = String::from_utf8(answer).unwrap();
-    assert_eq!(answer.lines().count(), 24);
+    assert_eq!(answer.lines().count(), 37);
     assert!(answer.ends_with("ok\r\n"));
 }
 

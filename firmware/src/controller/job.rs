@@ -1,21 +1,24 @@
 //! What a line asks for, done piece by piece as the planner and the stepper have room.
 
-use super::{Controller, DWELL_PIECE, Job, Mode, Progress};
+use embedded_storage::nor_flash::NorFlash;
+
+use super::{Controller, DWELL_PIECE, Job, Progress};
 use crate::axis::AXES;
-use crate::gcode::{Actions, Flow, Path, Speed};
+use crate::error::Error;
+use crate::gcode::{Actions, Flow, Keep, Path, PenOrder, Speed};
 use crate::pen::Pen;
 use crate::planner::Overrides;
 use crate::report::setting_id;
 use crate::stepper::{Command, StepSink};
 
-impl<const BLOCKS: usize> Controller<BLOCKS> {
+impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Goes on with the job, or else takes up the next line. True when anything was done.
     pub(super) fn advance(&mut self, stepper: &mut impl StepSink) -> bool {
         match core::mem::take(&mut self.job) {
-            Job::None => self.read_line(stepper),
+            Job::None => self.start_up(stepper) || self.read_line(stepper),
             Job::Settings(index) => {
                 if let Some(id) = setting_id(index) {
-                    self.transmitter.setting(id, &self.settings);
+                    self.transmitter.setting(id, &self.stored.settings);
                     self.job = Job::Settings(index + 1);
                 } else {
                     self.transmitter.answer(Ok(()));
@@ -23,45 +26,95 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
                 true
             }
             Job::Parameters(index) => {
-                if self.transmitter.parameter(index, &self.gcode, &self.settings) {
+                if self.transmitter.parameter(index, &self.gcode, &self.stored) {
                     self.job = Job::Parameters(index + 1);
                 } else {
                     self.transmitter.answer(Ok(()));
                 }
                 true
             }
+            Job::Homing(mut homing) => {
+                // While it works it is the job, for all that asks.
+                self.job = Job::Homing(homing);
+                let progress = self.home(&mut homing, stepper);
+                match progress {
+                    Progress::Done => {
+                        self.job = Job::None;
+                        self.transmitter.answer(Ok(()));
+                        self.startup = homing.whole.then_some(0);
+                    }
+                    // A failure has ended it without an answer.
+                    _ if self.is_homing() => self.job = Job::Homing(homing),
+                    _ => {}
+                }
+                !matches!(progress, Progress::Waiting)
+            }
             Job::Actions { mut actions, mut dwell } => match self.act(&mut actions, &mut dwell, stepper) {
-                Progress::Done => {
-                    self.transmitter.answer(Ok(()));
+                Ok(Progress::Done) => {
+                    self.answer(Ok(()));
                     true
                 }
-                progress => {
+                Ok(progress) => {
                     // A soft limit has ended the line without an answer.
-                    if self.mode != Mode::NeedsReset {
+                    if self.is_started() {
                         self.job = Job::Actions { actions, dwell };
                     }
                     matches!(progress, Progress::Moved)
+                }
+                Err(error) => {
+                    self.answer(Err(error));
+                    true
                 }
             },
         }
     }
 
     /// Does the next of `actions`.
-    pub(super) fn act(
+    ///
+    /// # Errors
+    /// [`Error::StorageFailed`]. What of the line was to come after it is not done.
+    fn act(
         &mut self,
         actions: &mut Actions,
         dwell: &mut Option<u64>,
         stepper: &mut impl StepSink,
-    ) -> Progress {
-        if let Some(pen) = actions.pen {
-            if self.settings.laser_mode {
+    ) -> Result<Progress, Error> {
+        if let Some(order) = actions.pen {
+            let pen = self.pen_of(order);
+            if self.stored.settings.laser_mode {
                 self.waiting_pen = Some(pen);
-            } else if !self.is_drained(stepper) || !stepper.push(Command::Pen(pen)) {
-                return Progress::Waiting;
+            } else if !self.is_drained(stepper) || !self.hand_pen(pen, stepper) {
+                return Ok(Progress::Waiting);
+            }
+            if let PenOrder::Speed(s) = order {
+                self.pen_speed = s;
             }
             actions.pen = None;
-            return Progress::Moved;
+            return Ok(Progress::Moved);
         }
+        if let Some(keep) = actions.keep {
+            // The memory may stop everything else while it is written.
+            if !self.is_drained(stepper) {
+                return Ok(Progress::Waiting);
+            }
+            let mut stored = self.stored.clone();
+            let (slot, value) = match keep {
+                Keep::System(index, origin) => (stored.systems.get_mut(index), origin),
+                Keep::Place(index, place) => (stored.places.get_mut(index), place),
+            };
+            if let Some(slot) = slot {
+                *slot = value;
+            }
+            self.keep(stored)?;
+            self.offset_report = 0;
+            actions.keep = None;
+            return Ok(Progress::Moved);
+        }
+        Ok(self.go_on(actions, dwell, stepper))
+    }
+
+    /// Does the next of the actions that cannot fail.
+    fn go_on(&mut self, actions: &mut Actions, dwell: &mut Option<u64>, stepper: &mut impl StepSink) -> Progress {
         if let Some(seconds) = actions.dwell {
             return self.dwell(seconds, actions, dwell, stepper);
         }
@@ -80,18 +133,19 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
                 if !self.is_drained(stepper) {
                     return Progress::Waiting;
                 }
-                self.hold = true;
+                self.hold.begin();
                 actions.flow = Flow::Paused;
                 Progress::Moved
             }
-            Flow::Paused if self.hold => Progress::Waiting,
+            Flow::Paused if self.hold.is_on() => Progress::Waiting,
             Flow::Paused => Progress::Done,
             Flow::End => {
-                if !self.is_drained(stepper) || !stepper.push(Command::Pen(Pen::Off)) {
+                if !self.is_drained(stepper) || !self.hand_pen(Pen::Off, stepper) {
                     return Progress::Waiting;
                 }
                 self.gcode.end_program();
                 self.overrides = Overrides::default();
+                self.pen_override = 100;
                 self.transmitter.text("[MSG:Pgm End]");
                 Progress::Done
             }
@@ -100,11 +154,11 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
 
     /// Everything before has been drawn, and nothing holds.
     pub(super) fn is_drained(&self, stepper: &impl StepSink) -> bool {
-        !self.hold && self.is_still(stepper)
+        !self.hold.is_on() && self.is_still(stepper)
     }
 
     /// G4: waits for the motion, hands the time to the stepper piece by piece, and waits for its end.
-    pub(super) fn dwell(
+    fn dwell(
         &mut self,
         seconds: f64,
         actions: &mut Actions,
@@ -135,18 +189,21 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
     }
 
     /// Plans the next straight piece of `path`.
-    pub(super) fn plan(&mut self, path: &mut Path) -> Progress {
+    fn plan(&mut self, path: &mut Path) -> Progress {
         if self.planner.is_full() {
             return Progress::Waiting;
         }
         let (target, speed, last) = match path {
-            Path::Line { target, speed } => (*target, *speed, true),
+            Path::Line { via, target, speed } => {
+                let first = via.take();
+                (first.unwrap_or(*target), *speed, first.is_none())
+            }
             Path::Arc(arc) => match arc.next() {
                 Some(target) => (target, arc.speed, false),
                 None => return Progress::Done,
             },
         };
-        if !self.settings.in_travel(target) {
+        if !self.stored.settings.in_travel(target) {
             self.soft_limit();
             return Progress::Waiting;
         }
@@ -155,7 +212,7 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
     }
 
     pub(super) fn append(&mut self, target: [f64; AXES], speed: Speed) {
-        if self.planner.append(target, speed, self.waiting_pen, self.gcode.line, &self.settings) {
+        if self.planner.append(target, speed, self.waiting_pen, self.gcode.line, &self.stored.settings) {
             self.waiting_pen = None;
         }
     }

@@ -1,20 +1,28 @@
 //! The main loop's side: bytes in, answers and step commands out.
 
 mod command;
+mod hold;
+mod homing;
 mod job;
 mod status;
 mod stop;
 
+use embedded_storage::nor_flash::NorFlash;
+
 use crate::axis::{AXES, Axes};
+use crate::error::Error;
 use crate::gcode::{Actions, GcodeState};
 use crate::hal::Wiring;
 use crate::line::{LineEditor, Receiver};
 use crate::pen::Pen;
 use crate::planner::{Overrides, Planner};
-use crate::realtime::{Override, RealTime};
+use crate::realtime::RealTime;
 use crate::report::Transmitter;
 use crate::settings::Settings;
 use crate::stepper::{Command, StepSink};
+use crate::storage::{Loaded, NoStorage, Slots, Stored};
+use hold::Hold;
+use homing::Homing;
 
 /// Longest piece of a dwell, µs: so long a reset may go unnoticed by the step interrupt.
 const DWELL_PIECE: u64 = 50_000;
@@ -30,12 +38,15 @@ enum Mode {
     Check,
     /// Lines are answered with `error:9`.
     Alarm,
-    /// After ALARM:2: only a reset helps.
+    /// After ALARM:1 and ALARM:2: only a reset helps.
     NeedsReset,
+    /// `$SLP`: only a reset helps.
+    Sleep,
 }
 
 /// What the line taken last still wants before it is answered.
 #[derive(Debug, Default)]
+#[allow(clippy::large_enum_variant, reason = "there is one of it, and no allocator to put the larger part elsewhere")]
 enum Job {
     #[default]
     None,
@@ -45,6 +56,8 @@ enum Job {
     Settings(usize),
     /// `$#`: the next line's index.
     Parameters(usize),
+    /// `$H`.
+    Homing(Homing),
 }
 
 /// What the motion of a job has come to.
@@ -63,28 +76,40 @@ enum Progress {
 /// apart: it calls [`Controller::poll`] from the main loop with a [`StepSink`] that locks the shared stepper, and
 /// [`crate::Stepper::tick`] from the timer.
 ///
-/// `BLOCKS` is the number of blocks the planner looks ahead.
+/// `BLOCKS` is the number of blocks the planner looks ahead, `F` the memory for what outlives switching off.
 #[derive(Debug)]
-pub struct Controller<const BLOCKS: usize> {
+pub struct Controller<const BLOCKS: usize, F = NoStorage> {
     receiver: Receiver,
     editor: LineEditor,
     transmitter: Transmitter,
-    settings: Settings,
+    slots: Slots<F>,
+    stored: Stored,
     defaults: Settings,
     gcode: GcodeState,
     planner: Planner<BLOCKS>,
     job: Job,
     mode: Mode,
-    /// Motion is stopped or stopping: `!` or M0.
-    hold: bool,
+    hold: Hold,
+    /// The motion under way is to be stopped with deceleration and forgotten.
+    braking: bool,
     /// `$J=` motion is planned or under way; other motion is refused until it ends.
     jogging: bool,
     /// The jog is to be stopped and forgotten.
     cancel_jog: bool,
     /// Segments are being generated: stays set until the planner has run dry.
     running: bool,
+    /// The pen as it was last handed to the stepper, and the S of it before the override.
+    pen: Pen,
+    pen_speed: f64,
+    /// 0x99–0x9D: percentage of S, 10 to 200, and whether the pen does not know of it yet.
+    pen_override: u8,
+    pen_due: bool,
     /// Laser mode: a change of the pen that waits for the next block.
     waiting_pen: Option<Pen>,
+    /// Limit switches that were closed at the last look.
+    limits_before: Axes,
+    /// The start-up line that is next, or at work.
+    startup: Option<usize>,
     reset: bool,
     status_wanted: bool,
     overrides: Overrides,
@@ -95,33 +120,62 @@ pub struct Controller<const BLOCKS: usize> {
 }
 
 impl<const BLOCKS: usize> Controller<BLOCKS> {
-    /// As after a reset: the banner waits to be sent.
+    /// As after a reset, without storage: the banner waits to be sent.
     #[must_use]
     pub fn new(settings: Settings) -> Self {
+        Self::with_storage(settings, NoStorage)
+    }
+}
+
+impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
+    /// As after a reset, with what `flash` holds; with `defaults` when it holds nothing, and besides `error:7` when it is damaged.
+    ///
+    /// The memory is used from address 0, twice [`crate::slot_bytes`] of it; a smaller one is not used.
+    #[must_use]
+    pub fn with_storage(defaults: Settings, flash: F) -> Self {
+        let mut slots = Slots::new(flash);
         let mut transmitter = Transmitter::default();
-        transmitter.banner();
-        Self {
+        let stored = match slots.load(&defaults) {
+            Loaded::Record(stored) => stored,
+            Loaded::Nothing => Stored::new(defaults.clone()),
+            Loaded::Damaged => {
+                transmitter.answer(Err(Error::StorageFailed));
+                Stored::new(defaults.clone())
+            }
+        };
+        let mut controller = Self {
             receiver: Receiver::default(),
             editor: LineEditor::default(),
             transmitter,
-            defaults: settings.clone(),
-            settings,
+            slots,
+            // Nobody knows where it is.
+            mode: if stored.settings.can_home() { Mode::Alarm } else { Mode::Normal },
+            stored,
+            defaults,
             gcode: GcodeState::default(),
             planner: Planner::new(),
             job: Job::None,
-            mode: Mode::Normal,
-            hold: false,
+            hold: Hold::default(),
+            braking: false,
             jogging: false,
             cancel_jog: false,
             running: false,
+            pen: Pen::Off,
+            pen_speed: 0.0,
+            pen_override: 100,
+            pen_due: false,
             waiting_pen: None,
+            limits_before: Axes::NONE,
+            startup: None,
             reset: false,
             status_wanted: false,
             overrides: Overrides::default(),
             offset_report: 0,
             override_report: 1,
             configured: false,
-        }
+        };
+        controller.greet();
+        controller
     }
 
     /// Takes one byte from the port. Real-time bytes are noted at once, the others wait in the ring of [`crate::RX_BYTES`]; what does not fit is lost. Cost: constant.
@@ -129,19 +183,26 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         match RealTime::from_byte(byte) {
             None => self.receiver.push(byte),
             Some(RealTime::StatusReport) => self.status_wanted = true,
-            Some(RealTime::CycleStart) => self.hold &= self.mode == Mode::NeedsReset,
+            Some(RealTime::CycleStart) if self.mode != Mode::NeedsReset => self.hold.resume(),
             Some(RealTime::FeedHold | RealTime::JogCancel) if self.jogging => self.cancel_jog = true,
-            Some(RealTime::FeedHold) => self.hold = true,
-            Some(RealTime::SoftReset) => self.reset = true,
-            Some(RealTime::Feed(change)) => {
-                self.overrides.feed = match change {
-                    Override::Set(percent) => percent,
-                    Override::Add(percent) => self.overrides.feed.saturating_add_signed(percent),
-                }
-                .clamp(10, 200);
+            // What homes can be reset, and has no place to hold at.
+            Some(RealTime::FeedHold) if !self.is_homing() => self.hold.begin(),
+            Some(RealTime::Door) => {
+                self.cancel_jog |= self.jogging;
+                self.hold.open_door();
             }
+            Some(RealTime::SoftReset) => self.reset = true,
+            Some(RealTime::Feed(change)) => self.overrides.feed = change.apply(self.overrides.feed),
             Some(RealTime::Rapid(percent)) => self.overrides.rapid = percent,
-            Some(RealTime::JogCancel | RealTime::Unassigned) => {}
+            Some(RealTime::Pen(change)) => {
+                self.pen_override = change.apply(self.pen_override);
+                self.pen_due = true;
+                self.override_report = 0;
+            }
+            Some(RealTime::TogglePen) => self.hold.toggle_pen(),
+            Some(RealTime::ToggleFlood) => self.gcode.flood ^= true,
+            Some(RealTime::ToggleMist) => self.gcode.mist ^= true,
+            Some(RealTime::CycleStart | RealTime::FeedHold | RealTime::JogCancel | RealTime::Unassigned) => {}
         }
     }
 
@@ -153,6 +214,7 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
     /// One turn of the main loop: obeys the real-time commands, takes up at most one line or goes on with the last, and keeps the step commands supplied.
     ///
     /// Returns true when calling again at once would do more; false when it waits for bytes, for [`Controller::transmit`], or for the stepper.
+    /// Limit switches are looked at here: a hard limit or a home switch is seen as late as this is called.
     pub fn poll(&mut self, stepper: &mut impl StepSink) -> bool {
         if !self.configured {
             self.configured = true;
@@ -163,7 +225,8 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             self.soft_reset(stepper);
             return true;
         }
-        if self.overrides != self.planner.overrides() {
+        self.mind_limits(stepper);
+        if self.overrides != self.planner.overrides() && !self.is_homing() {
             self.planner.set_overrides(self.overrides);
             self.override_report = 0;
         }
@@ -174,7 +237,8 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         if self.jogging {
             self.mind_jog(stepper);
         }
-        let moved = self.mode != Mode::NeedsReset && self.transmitter.has_room() && self.advance(stepper);
+        self.mind_pen(stepper);
+        let moved = self.is_started() && self.transmitter.has_room() && self.advance(stepper);
         // A first block alone would have to be planned to a stop: see first whether the port has more to add.
         if self.running || !moved || self.planner.is_full() {
             self.generate(stepper);
@@ -184,17 +248,16 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
 
     /// Whether there is nothing to do: no unread byte, no line at work, no motion (a held one counts as motion), nothing to send.
     pub fn is_idle(&self, stepper: &impl StepSink) -> bool {
-        let started = self.mode != Mode::NeedsReset;
         !(self.reset || self.status_wanted)
-            && (self.receiver.is_empty() || !started)
-            && matches!(self.job, Job::None)
+            && (!self.is_started()
+                || (self.receiver.is_empty() && matches!(self.job, Job::None) && !self.has_startup()))
             && self.is_still(stepper)
             && self.transmitter.is_empty()
     }
 
     /// The settings in force.
     pub fn settings(&self) -> &Settings {
-        &self.settings
+        &self.stored.settings
     }
 
     /// Bytes that the receive ring had no room for since the start.
@@ -207,11 +270,29 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         self.receiver.free()
     }
 
+    /// The memory for what outlives switching off.
+    pub fn storage(&self) -> &F {
+        self.slots.flash()
+    }
+
+    /// Whether lines are read at all.
+    fn is_started(&self) -> bool {
+        !matches!(self.mode, Mode::NeedsReset | Mode::Sleep)
+    }
+
+    fn is_homing(&self) -> bool {
+        matches!(self.job, Job::Homing(_))
+    }
+
     fn wiring(&self) -> Wiring {
+        let settings = &self.stored.settings;
         Wiring {
-            pulse_us: self.settings.pulse_us,
-            invert_directions: Axes::from_bits(self.settings.invert_directions),
-            idle_delay_ms: self.settings.idle_delay_ms,
+            pulse_us: settings.pulse_us,
+            invert_steps: Axes::from_bits(settings.invert_steps),
+            invert_directions: Axes::from_bits(settings.invert_directions),
+            invert_enable: settings.invert_enable,
+            // Asleep, the motors are released at once.
+            idle_delay_ms: if self.mode == Mode::Sleep { 0 } else { settings.idle_delay_ms },
         }
     }
 
@@ -220,17 +301,22 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         self.planner.is_empty() && self.waiting_pen.is_none() && stepper.is_idle()
     }
 
+    /// No motion is under way, though some may be planned.
+    fn is_at_rest(&self, stepper: &impl StepSink) -> bool {
+        self.planner.speed_sqr == 0.0 && stepper.is_idle()
+    }
+
     /// Takes the position from the steps.
     fn sync_position(&mut self, stepper: &impl StepSink) {
         let steps = stepper.position();
-        self.planner.reset(steps, &self.settings);
+        self.planner.reset(steps, &self.stored.settings);
         self.gcode.position = self.millimetres(steps);
     }
 
     fn millimetres(&self, steps: [i32; AXES]) -> [f64; AXES] {
         let mut mm = [0.0; AXES];
         for axis in 0..AXES {
-            mm[axis] = f64::from(steps[axis]) / self.settings.steps_per_mm[axis];
+            mm[axis] = f64::from(steps[axis]) / self.stored.settings.steps_per_mm[axis];
         }
         mm
     }
@@ -238,17 +324,31 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
     /// Hands segments to the stepper while it has room.
     fn generate(&mut self, stepper: &mut impl StepSink) {
         while stepper.room() > 0 {
-            let Some(segment) = self.planner.next_segment(self.hold) else { break };
+            let Some(segment) = self.planner.next_segment(self.hold.is_on() || self.braking) else { break };
             self.running = true;
+            if let Command::Steps(steps) = &segment
+                && let Some(pen) = steps.pen
+            {
+                self.pen = pen;
+            }
             if !stepper.push(segment) {
                 break;
             }
         }
         if self.planner.is_empty() {
             self.running = false;
-            if self.waiting_pen.is_some_and(|pen| stepper.push(Command::Pen(pen))) {
+            if self.waiting_pen.is_some_and(|pen| self.hand_pen(pen, stepper)) {
                 self.waiting_pen = None;
             }
         }
+    }
+
+    /// Hands the pen's new state to the stepper; false when that has no room.
+    fn hand_pen(&mut self, pen: Pen, stepper: &mut impl StepSink) -> bool {
+        let taken = stepper.push(Command::Pen(pen));
+        if taken {
+            self.pen = pen;
+        }
+        taken
     }
 }

@@ -1,23 +1,42 @@
 //! The status report.
 
+use embedded_storage::nor_flash::NorFlash;
+
 use super::{Controller, Mode, REPORT_CYCLE};
 use crate::gcode::Spindle;
-use crate::report::Status;
+use crate::report::{OverrideReport, Status};
 use crate::stepper::StepSink;
 
-impl<const BLOCKS: usize> Controller<BLOCKS> {
-    pub(super) fn report_status(&mut self, stepper: &impl StepSink) {
+impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
+    fn state(&self, stepper: &impl StepSink) -> &'static str {
         let moving = !stepper.is_idle() || self.running;
-        let state = match self.mode {
+        let rests = self.planner.speed_sqr == 0.0 && stepper.is_idle();
+        match self.mode {
+            Mode::Sleep => "Sleep",
+            _ if self.is_homing() => "Home",
             Mode::Alarm | Mode::NeedsReset => "Alarm",
             _ if self.jogging => "Jog",
-            _ if self.hold && moving && self.planner.speed_sqr > 0.0 => "Hold:1",
-            _ if self.hold && !stepper.is_idle() => "Hold:1",
-            _ if self.hold => "Hold:0",
+            _ if self.hold.is_door() => {
+                if rests {
+                    "Door:0"
+                } else {
+                    "Door:2"
+                }
+            }
+            _ if self.hold.is_on() => {
+                if rests {
+                    "Hold:0"
+                } else {
+                    "Hold:1"
+                }
+            }
             Mode::Check => "Check",
             Mode::Normal if moving || !self.planner.is_empty() => "Run",
             Mode::Normal => "Idle",
-        };
+        }
+    }
+
+    pub(super) fn report_status(&mut self, stepper: &mut impl StepSink) {
         let with_offset = self.offset_report == 0;
         self.offset_report = if with_offset { REPORT_CYCLE } else { self.offset_report - 1 };
         let with_overrides = !with_offset && self.override_report == 0;
@@ -28,17 +47,26 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
         }
         let feed = f64::from(libm::sqrtf(self.planner.speed_sqr)) * 60.0;
         let status = Status {
-            state,
+            state: self.state(stepper),
             position: self.millimetres(stepper.position()),
-            offset: self.gcode.offset,
+            offset: self.gcode.work_offset(&self.stored.systems),
             blocks_free: self.planner.free(),
             rx_free: self.receiver.free(),
             line: self.planner.current.as_ref().map_or(0, |c| c.block.line),
             feed,
             speed: if self.gcode.spindle == Spindle::Off { 0.0 } else { self.gcode.speed },
-            overrides: with_overrides.then_some((self.overrides.feed, self.overrides.rapid)),
+            limits: self.limits(stepper),
+            door: self.hold.is_door(),
+            overrides: with_overrides.then_some(OverrideReport {
+                feed: self.overrides.feed,
+                rapid: self.overrides.rapid,
+                pen: self.pen_override,
+                spindle: self.gcode.spindle,
+                flood: self.gcode.flood,
+                mist: self.gcode.mist,
+            }),
             with_offset,
-            settings: &self.settings,
+            settings: &self.stored.settings,
         };
         self.transmitter.status(&status);
     }

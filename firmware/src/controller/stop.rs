@@ -1,16 +1,24 @@
 //! Ends that are not the end of the program: reset, limits, a jog that is cancelled.
 
+use embedded_storage::nor_flash::NorFlash;
+
 use super::{Controller, Job, Mode};
 use crate::error::Alarm;
 use crate::gcode::GcodeState;
+use crate::pen::Pen;
 use crate::planner::Overrides;
 use crate::stepper::StepSink;
 
-impl<const BLOCKS: usize> Controller<BLOCKS> {
+impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
+    /// 0x18: forgets everything but settings, offsets and position.
     pub(super) fn soft_reset(&mut self, stepper: &mut impl StepSink) {
         // Whoever stands still, also in the middle of a held block, knows where it is.
         let lost = stepper.is_moving() || self.planner.speed_sqr > 0.0;
-        stepper.abort();
+        let alarm = match self.job {
+            Job::Homing(_) => Some(Alarm::HomingReset),
+            _ if lost => Some(Alarm::AbortedInMotion),
+            _ => None,
+        };
         self.receiver.clear();
         self.editor.clear();
         if !self.transmitter.has_room() {
@@ -18,55 +26,108 @@ impl<const BLOCKS: usize> Controller<BLOCKS> {
             self.transmitter.clear();
         }
         self.job = Job::None;
-        self.hold = false;
         self.jogging = false;
         self.cancel_jog = false;
-        self.running = false;
-        self.waiting_pen = None;
         self.reset = false;
         self.status_wanted = false;
         self.overrides = Overrides::default();
         self.planner.set_overrides(self.overrides);
+        (self.pen_override, self.pen_due) = (100, false);
         self.gcode = GcodeState { offset: self.gcode.offset, ..GcodeState::default() };
-        self.sync_position(stepper);
-        if lost {
-            self.transmitter.alarm(Alarm::AbortedInMotion);
+        self.stop_at_once(stepper);
+        if let Some(alarm) = alarm {
+            self.transmitter.alarm(alarm);
         }
-        // ALARM:2 stays locked until `$X`, like everything that is not a check.
-        self.mode =
-            if lost || matches!(self.mode, Mode::Alarm | Mode::NeedsReset) { Mode::Alarm } else { Mode::Normal };
-        self.transmitter.banner();
-        if self.mode == Mode::Alarm {
-            self.transmitter.text("[MSG:'$H'|'$X' to unlock]");
-        }
+        // An alarm stays locked until `$H` or `$X`, like everything that is not a check.
+        let locked = alarm.is_some() || matches!(self.mode, Mode::Alarm | Mode::NeedsReset | Mode::Sleep);
+        self.mode = if locked { Mode::Alarm } else { Mode::Normal };
+        stepper.configure(self.wiring());
         self.offset_report = 0;
         self.override_report = 1;
+        self.greet();
+    }
+
+    /// The banner, and the start-up lines, or why they are not run.
+    pub(super) fn greet(&mut self) {
+        self.transmitter.banner();
+        if self.mode == Mode::Alarm {
+            self.startup = None;
+            self.transmitter.text("[MSG:'$H'|'$X' to unlock]");
+        } else {
+            self.startup = Some(0);
+        }
+    }
+
+    /// Stops without deceleration, forgets all motion, and lifts the pen. The steps that were made count.
+    pub(super) fn stop_at_once(&mut self, stepper: &mut impl StepSink) {
+        stepper.abort();
+        self.hold = super::Hold::default();
+        self.braking = false;
+        self.running = false;
+        self.pen = Pen::Off;
+        self.waiting_pen = None;
+        self.sync_position(stepper);
+    }
+
+    /// Stops with deceleration, and then forgets what is planned. True once that is done.
+    pub(super) fn brake(&mut self, stepper: &impl StepSink) -> bool {
+        self.braking = true;
+        if self.planner.speed_sqr != 0.0 || stepper.is_moving() {
+            return false;
+        }
+        self.sync_position(stepper);
+        self.braking = false;
+        self.running = false;
+        true
     }
 
     /// Stops with deceleration and waits for a reset.
     pub(super) fn soft_limit(&mut self) {
-        self.hold = true;
+        self.hold.begin();
         self.mode = Mode::NeedsReset;
         self.transmitter.alarm(Alarm::SoftLimit);
         self.transmitter.text("[MSG:Reset to continue]");
     }
 
+    /// With `$21`, a switch that closes stops the machine at once. One that was closed before does not: the machine must be able to leave it.
+    pub(super) fn mind_limits(&mut self, stepper: &mut impl StepSink) {
+        if !self.stored.settings.hard_limits {
+            return;
+        }
+        let closed = self.limits(stepper);
+        let new = closed.bits() & !self.limits_before.bits() != 0;
+        self.limits_before = closed;
+        if new && stepper.is_moving() && !self.is_homing() && self.mode != Mode::NeedsReset {
+            self.job = Job::None;
+            self.jogging = false;
+            self.cancel_jog = false;
+            self.stop_at_once(stepper);
+            self.mode = Mode::NeedsReset;
+            self.transmitter.alarm(Alarm::HardLimit);
+            self.transmitter.text("[MSG:Reset to continue]");
+        }
+    }
+
     /// Ends the jog when it is done, or when it has been stopped.
     pub(super) fn mind_jog(&mut self, stepper: &impl StepSink) {
         if self.cancel_jog {
-            self.hold = true;
-            if self.planner.speed_sqr == 0.0 && !stepper.is_moving() {
-                self.sync_position(stepper);
-                self.running = false;
+            if self.brake(stepper) {
                 if !matches!(core::mem::take(&mut self.job), Job::None) {
                     self.transmitter.answer(Ok(()));
                 }
-                self.hold = false;
                 self.cancel_jog = false;
                 self.jogging = false;
             }
         } else if matches!(self.job, Job::None) && self.is_still(stepper) {
             self.jogging = false;
         }
+    }
+
+    /// `$SLP`: the pen goes up and the motors are released; only a reset wakes it, and then its place is not certain.
+    pub(super) fn sleep(&mut self, stepper: &mut impl StepSink) {
+        self.stop_at_once(stepper);
+        self.mode = Mode::Sleep;
+        stepper.configure(self.wiring());
+        self.transmitter.text("[MSG:Sleeping]");
     }
 }

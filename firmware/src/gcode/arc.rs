@@ -34,6 +34,8 @@ pub(crate) struct Arc {
     target: [f64; AXES],
     done: u32,
     chords: u32,
+    /// mm of path.
+    length: f64,
     pub(crate) speed: Speed,
 }
 
@@ -80,6 +82,8 @@ impl Arc {
         let half = (2.0 * libm::asin(libm::sqrt((tolerance / (2.0 * radius)).min(1.0)))).min(tau / 6.0);
         let chords = (libm::ceil(angle.abs() / (2.0 * half)) as u32).max(1);
         let step = angle / f64::from(chords);
+        let rise = target[plane.axes()[2]] - start[plane.axes()[2]];
+        let length = libm::hypot(angle * (radii[0] + radii[1]) / 2.0, rise);
         Ok(Self {
             axes,
             centre: [start[a] + offset[0], start[b] + offset[1]],
@@ -90,8 +94,14 @@ impl Arc {
             target,
             done: 0,
             chords,
+            length,
             speed,
         })
+    }
+
+    /// The length of the path, mm.
+    pub(crate) fn length(&self) -> f64 {
+        self.length
     }
 
     /// The largest absolute coordinate the arc can reach in its plane, mm.

@@ -5,7 +5,10 @@
 mod arc;
 mod interpret;
 mod modal;
+mod order;
+mod words;
 
 pub(crate) use arc::Arc;
-pub(crate) use interpret::{Actions, Flow, Path, Speed, interpret, interpret_jog};
-pub(crate) use modal::{Distance, GcodeState, Motion, Plane, Spindle, Units};
+pub(crate) use interpret::{interpret, interpret_jog};
+pub(crate) use modal::{Distance, FeedMode, GcodeState, Motion, Plane, Spindle, Units};
+pub(crate) use order::{Actions, Flow, Keep, Path, PenOrder, Speed};

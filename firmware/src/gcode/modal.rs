@@ -1,6 +1,7 @@
 //! The modal state: what a line leaves behind for the next.
 
 use crate::axis::AXES;
+use crate::storage::SYSTEMS;
 
 /// Group 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,6 +72,16 @@ pub(crate) enum Distance {
     Incremental,
 }
 
+/// Group 5: what F means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum FeedMode {
+    /// G94: mm/min.
+    #[default]
+    PerMinute,
+    /// G93: motions a minute; each G1, G2 and G3 has its own.
+    InverseTime,
+}
+
 /// Group 7 of the M codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Spindle {
@@ -91,28 +102,46 @@ pub(crate) struct GcodeState {
     pub(crate) units: Units,
     pub(crate) distance: Distance,
     pub(crate) spindle: Spindle,
-    /// M8 is accepted and remembered; there is nothing to cool.
-    pub(crate) coolant: bool,
-    /// mm/min; 0 while none has been given.
+    /// M7 and M8 are accepted and remembered; there is nothing to cool.
+    pub(crate) mist: bool,
+    pub(crate) flood: bool,
+    pub(crate) feed_mode: FeedMode,
+    /// mm/min; 0 while none has been given, and always with G93.
     pub(crate) feed: f64,
     /// S word, ≥ 0.
     pub(crate) speed: f64,
     pub(crate) tool: u8,
     /// The last N word.
     pub(crate) line: u32,
-    /// G92: work = machine − offset, mm.
+    /// G54 to G59, from 0.
+    pub(crate) system: usize,
+    /// G92, mm.
     pub(crate) offset: [f64; AXES],
+    /// G43.1, mm of Z.
+    pub(crate) tool_length: f64,
     /// Where the last accepted motion ends, machine mm.
     pub(crate) position: [f64; AXES],
 }
 
 impl GcodeState {
-    /// M2 and M30: G1, G17, G90, M5 and M9 again; units, feed, offsets and position stay.
+    /// What a work position lacks of the machine position, mm: work = machine − this. `systems` are the origins of G54 to G59.
+    pub(crate) fn work_offset(&self, systems: &[[f64; AXES]; SYSTEMS]) -> [f64; AXES] {
+        let mut sum = systems.get(self.system).copied().unwrap_or_default();
+        for (sum, offset) in sum.iter_mut().zip(self.offset) {
+            *sum += offset;
+        }
+        sum[2] += self.tool_length;
+        sum
+    }
+
+    /// M2 and M30: G1, G17, G54, G90, G94, M5 and M9 again; units, feed, offsets and position stay.
     pub(crate) fn end_program(&mut self) {
         self.motion = Motion::Linear;
         self.plane = Plane::Xy;
+        self.system = 0;
         self.distance = Distance::Absolute;
+        self.feed_mode = FeedMode::PerMinute;
         self.spindle = Spindle::Off;
-        self.coolant = false;
+        (self.mist, self.flood) = (false, false);
     }
 }

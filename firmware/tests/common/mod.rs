@@ -4,7 +4,8 @@
 
 use std::collections::VecDeque;
 
-use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use penvis_firmware::{Axes, Hardware, Machine, Pen, RECORD_BYTES, Settings};
 
 /// What the hardware was told, in order, with the time in µs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +19,12 @@ pub(crate) enum Event {
 pub(crate) struct Recorder {
     now: u64,
     negative: Axes,
+    /// Where the mechanics are, whatever the firmware calls it.
     pub(crate) position: [i32; 3],
+    /// Steps at and below which the limit switch of an axis is closed.
+    pub(crate) switches: [Option<i32>; 3],
+    /// Switches that stay closed whatever the position.
+    pub(crate) stuck: Axes,
     pub(crate) events: Vec<Event>,
 }
 
@@ -46,32 +52,108 @@ impl Hardware for Recorder {
         self.events.push(Event::Motors { at: self.now, on });
     }
 
+    fn limits(&mut self) -> Axes {
+        let mut closed = self.stuck;
+        for (axis, at) in self.switches.iter().enumerate() {
+            if at.is_some_and(|at| self.position[axis] <= at) {
+                closed.insert(axis);
+            }
+        }
+        closed
+    }
+
     fn set_time(&mut self, now: u64) {
         self.now = now;
     }
 }
 
+/// A memory of the size of two records, in pages of 64 bytes, which may fail.
+#[derive(Clone, Debug)]
+pub(crate) struct RamFlash {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) broken: bool,
+}
+
+impl Default for RamFlash {
+    fn default() -> Self {
+        Self { bytes: vec![0xff; 2 * RECORD_BYTES], broken: false }
+    }
+}
+
+impl ErrorType for RamFlash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for RamFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, at: u32, into: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        into.copy_from_slice(&self.bytes[at as usize..][..into.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for RamFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 64;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        if self.broken {
+            return Err(NorFlashErrorKind::Other);
+        }
+        self.bytes[from as usize..to as usize].fill(0xff);
+        Ok(())
+    }
+
+    fn write(&mut self, at: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        self.bytes[at as usize..][..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+/// Default settings changed by `$n=value` pairs.
+pub(crate) fn settings(changes: &[(u16, f64)]) -> Settings {
+    let mut settings = Settings::default();
+    for &(id, value) in changes {
+        settings.set(id, value).unwrap();
+    }
+    settings
+}
+
 pub(crate) struct Sim {
-    pub(crate) machine: Machine<Recorder>,
+    pub(crate) machine: Machine<Recorder, 15, RamFlash>,
     pub(crate) answers: Vec<u8>,
 }
 
 impl Sim {
+    /// Switched on with such a memory; what it says is not read yet.
+    pub(crate) fn start(settings: Settings, flash: RamFlash) -> Self {
+        let machine = Machine::with_storage(Recorder::default(), settings, flash);
+        let mut sim = Self { machine, answers: Vec::new() };
+        sim.settle();
+        sim
+    }
+
     /// Started, and its banner read.
     pub(crate) fn new(settings: Settings) -> Self {
-        let mut sim = Self { machine: Machine::new(Recorder::default(), settings), answers: Vec::new() };
-        sim.settle();
-        assert_eq!(sim.take(), "\r\nGrbl 1.1h ['$' for help]\r\n");
+        let mut sim = Self::start(settings, RamFlash::default());
+        let said = sim.take();
+        assert!(said.starts_with("\r\nGrbl 1.1h ['$' for help]\r\n"), "{said}");
         sim
+    }
+
+    /// Switched off and on again; what it says is not read yet.
+    pub(crate) fn restarted(&self, settings: Settings) -> Self {
+        Self::start(settings, self.machine.storage().clone())
     }
 
     /// Default settings changed by `$n=value` pairs.
     pub(crate) fn with(changes: &[(u16, f64)]) -> Self {
-        let mut settings = Settings::default();
-        for &(id, value) in changes {
-            settings.set(id, value).unwrap();
-        }
-        Self::new(settings)
+        Self::new(settings(changes))
     }
 
     /// Lets the main loop run until it waits.
