@@ -261,7 +261,7 @@ pub enum Fault {
     #[error(
         "the plotter is {found}, and not {wanted}: a byte was lost or changed on the line in {}, and what is drawn of it is wrong; \
          try a shorter cable or a lower --baud",
-        if first == last { format!("instruction {first}") } else { format!("instructions {first} to {last}") }
+        instructions(*first, *last)
     )]
     Astray {
         /// Number of the first instruction that may be at fault.
@@ -272,6 +272,22 @@ pub enum Fault {
         found: String,
         /// Where it should be.
         wanted: String,
+    },
+    /// The plotter has refused something, and tells that later.
+    #[error(
+        "the plotter refused a part of {}: error {code}, {meaning}; either it does not know what stands there, or a byte was \
+         changed on the line",
+        instructions(*first, *last)
+    )]
+    Erred {
+        /// Number of the first instruction that may be at fault.
+        first: usize,
+        /// Number of the last.
+        last: usize,
+        /// The plotter's number for it.
+        code: u32,
+        /// What the number means.
+        meaning: &'static str,
     },
     /// What the plotter answers cannot be read.
     #[error("too many answers of the plotter cannot be read {at}: look at --baud, parity and the cable")]
@@ -291,6 +307,11 @@ pub enum Fault {
         /// What it had not acknowledged yet.
         at: Place,
     },
+}
+
+/// One instruction or several, in words.
+fn instructions(first: usize, last: usize) -> String {
+    if first == last { format!("instruction {first}") } else { format!("instructions {first} to {last}") }
 }
 
 impl Fault {
@@ -313,7 +334,9 @@ impl Fault {
                     at.number = number(at.number);
                 }
             }
-            Self::Astray { first, last, .. } => (*first, *last) = (number(*first), number(*last)),
+            Self::Astray { first, last, .. } | Self::Erred { first, last, .. } => {
+                (*first, *last) = (number(*first), number(*last));
+            }
             Self::NoAnswer { .. }
             | Self::NotReady { .. }
             | Self::LaserMode

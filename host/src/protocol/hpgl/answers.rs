@@ -1,12 +1,13 @@
-//! Questions where the plotter is, and whether its answers are what they must be.
+//! Questions where the plotter is and whether it has refused anything, and whether its answers are what they must be.
 //!
-//! Answers come in the order of the questions. One may be mangled or missing because the line mangled it, or the question; the
+//! `OE;` goes before `OA;`, so that an error is known before the place behind it counts as reached. Answers come in the order of
+//! the questions. One may be mangled or missing because the line mangled it, or the question; the
 //! position is the sum of all moves, so that the next answer still tells of the stroke whose own was lost. An answer that
 //! reads well and is wrong may be mangled too: the next one decides, and nothing is sent before it has come.
 
 use std::collections::VecDeque;
 
-use super::words::{ASK, Expected};
+use super::words::{Ask, Expected};
 
 /// Answers of a whole job that may be unreadable or missing; a line that mangles more mangles instructions too.
 const MANGLED_MAX: u32 = 20;
@@ -19,6 +20,8 @@ struct Question {
     sent: u64,
     /// Whether it only repeats the one before it, with nothing between.
     again: bool,
+    /// Whether it begins with `OE;`.
+    checks: bool,
 }
 
 /// What an answer means.
@@ -32,6 +35,8 @@ pub(super) enum Verdict {
     AskAgain,
     /// The plotter is elsewhere, after instructions from the first (an index) up to, not including, the last.
     Astray { first: usize, last: usize, expected: Expected, at: [i64; 2], down: bool },
+    /// The plotter has refused one of the instructions from the first (an index) up to, not including, the last.
+    Refused { first: usize, last: usize, error: u32 },
     /// Too much cannot be read.
     Noise,
 }
@@ -44,16 +49,34 @@ pub(super) struct Answers {
     right: Expected,
     /// Right answers that may come once more.
     strays: u32,
+    /// Whether the first question's `OE;` was answered.
+    heard: bool,
     /// A question with a wrong answer that the next answer confirms or not.
     suspect: Option<(Question, [i64; 2], bool)>,
     mangled: u32,
 }
 
 impl Answers {
-    /// A question was sent, with the bytes before it.
-    pub(super) fn asked(&mut self, expected: Expected, sent: u64) {
-        let again = self.queue.back().is_some_and(|last| last.sent + ASK.len() as u64 == sent);
-        self.queue.push_back(Question { expected, sent, again });
+    /// A question was sent, and with it so many bytes in all.
+    pub(super) fn asked(&mut self, ask: Ask, expected: Expected, sent: u64) {
+        let again = self.queue.back().is_some_and(|last| last.sent + ask.bytes().len() as u64 == sent);
+        self.queue.push_back(Question { expected, sent, again, checks: ask == Ask::Check });
+    }
+
+    /// Whether an answer to `OE;` comes before the next place.
+    pub(super) fn expects_error(&self) -> bool {
+        self.queue.front().is_some_and(|front| front.checks && !self.heard)
+    }
+
+    /// Takes a number that may be the answer to `OE;`; none if it cannot be.
+    pub(super) fn take_error(&mut self, number: u32) -> Option<Verdict> {
+        if number == 0 {
+            let expected = self.expects_error();
+            self.heard |= expected;
+            return expected.then_some(Verdict::Open);
+        }
+        let last = self.queue.front()?.expected.pieces;
+        Some(Verdict::Refused { first: self.right.pieces, last, error: number })
     }
 
     /// Whether questions are to be answered.
@@ -93,10 +116,11 @@ impl Answers {
             return self.pass(2);
         }
         self.queue.pop_front();
+        self.heard = false;
         self.suspect = Some((front, at, down));
         if self.queue.is_empty() {
             // Nothing has happened since: the same must be answered again.
-            self.queue.push_back(Question { again: false, ..front });
+            self.queue.push_back(Question { again: false, checks: false, ..front });
             return Verdict::AskAgain;
         }
         if !elsewhere {
@@ -119,6 +143,7 @@ impl Answers {
             last = self.queue.pop_front();
         }
         let Some(last) = last else { return Verdict::Open };
+        self.heard = false;
         if self.suspect.take().is_some() {
             self.mangled += 1;
         }
@@ -158,7 +183,7 @@ mod tests {
         let mut answers = Answers::default();
         for (index, (at, down)) in places.iter().enumerate() {
             let expected = Expected { pieces: index + 1, at: Some(*at), down: Some(*down) };
-            answers.asked(expected, 10 * (index as u64 + 1));
+            answers.asked(Ask::Check, expected, 10 * (index as u64 + 1));
         }
         answers
     }
@@ -219,14 +244,30 @@ mod tests {
     fn answers_to_repeated_questions_may_come_late() {
         let mut a = answers(&PLACES[..1]);
         let expected = Expected { pieces: 1, at: Some([0, 0]), down: Some(false) };
-        a.asked(expected, 13);
-        a.asked(expected, 16);
+        a.asked(Ask::Place, expected, 13);
+        a.asked(Ask::Place, expected, 16);
         assert_eq!(a.take([0, 0], false), right(1));
         assert!(!a.is_waiting());
         assert_eq!(a.take([0, 0], false), Verdict::Open);
-        a.asked(Expected { pieces: 2, at: Some([4, 4]), down: Some(true) }, 30);
+        a.asked(Ask::Check, Expected { pieces: 2, at: Some([4, 4]), down: Some(true) }, 30);
         assert_eq!(a.take([0, 0], false), Verdict::Open);
         assert_eq!(a.take([4, 4], true), Verdict::Right { pieces: 2, sent: 30 });
+    }
+
+    #[test]
+    fn an_error_is_told_before_the_place_behind_it() {
+        let mut a = answers(&PLACES);
+        assert_eq!(a.take_error(0), Some(Verdict::Open));
+        assert_eq!(a.take([0, 0], false), right(1));
+        assert_eq!(a.take_error(3), Some(Verdict::Refused { first: 1, last: 2, error: 3 }));
+        // The answer for the first was lost; no more than one can come for the second.
+        let mut a = answers(&PLACES);
+        assert_eq!(a.take([0, 0], false), right(1));
+        assert_eq!((a.take_error(0), a.take_error(0)), (Some(Verdict::Open), None));
+        // An error is told all the same.
+        assert_eq!(a.take_error(2), Some(Verdict::Refused { first: 1, last: 2, error: 2 }));
+        let mut none = Answers::default();
+        assert_eq!((none.take_error(0), none.take_error(1)), (None, None));
     }
 
     #[test]

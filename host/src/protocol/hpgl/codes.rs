@@ -1,5 +1,7 @@
 //! What an HPGL plotter's numbers mean.
 
+use super::flow::FREE_MIN;
+
 /// `ESC.O`: the buffer is empty.
 pub(super) const STATUS_EMPTY: u32 = 8;
 /// `ESC.O`: what holds the plotter, and what its user is told.
@@ -9,6 +11,11 @@ pub(super) const HALTS: [(u32, &str); 2] = [
 ];
 /// `ESC.E`: output was asked for before the last one was read, which our own questions may do; it loses no instruction.
 pub(super) const OUTPUT_OVERLAPS: u32 = 10;
+
+/// Whether a number may be one of `OE;` for an error.
+pub(super) fn is_error(number: usize) -> bool {
+    (1..FREE_MIN).contains(&number)
+}
 
 /// The meaning of `OE;`'s number.
 #[must_use]

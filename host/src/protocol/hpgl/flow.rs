@@ -4,8 +4,10 @@ use std::time::Duration;
 
 use crate::device::Handshake;
 
-/// Bytes of the buffer that stay free, for a question where the plotter is.
-const RESERVE: usize = 8;
+/// Bytes of the buffer that stay free, for a question where the plotter is (6 bytes), and repetitions of it (3 each).
+const RESERVE: usize = 16;
+/// Fewer free bytes than this might be an answer to `OE;`: where `ESC.B` is asked there are more.
+pub(super) const FREE_MIN: usize = 9;
 /// Most bytes that may wait in the port itself where the plotter stops the line: they come after it has said so.
 const AHEAD_MAX: usize = 32;
 /// Most bytes of a block, and free bytes at which the plotter stops the line.
@@ -90,20 +92,35 @@ impl Flow {
 
     /// Whether so many bytes fit into what is known to be free.
     pub(super) fn has_room(&self, bytes: usize) -> bool {
-        let on_the_way = usize::try_from(self.sent - self.consumed).unwrap_or(usize::MAX);
-        on_the_way.saturating_add(bytes) <= self.buffer.saturating_sub(RESERVE)
+        self.on_the_way().saturating_add(bytes) <= self.buffer.saturating_sub(RESERVE)
+    }
+
+    /// Bytes that were sent and may still be in the buffer.
+    fn on_the_way(&self) -> usize {
+        usize::try_from(self.sent - self.consumed).unwrap_or(usize::MAX)
+    }
+
+    /// Whether a question of so many bytes may be put once more. Where `ESC.B` tells the room, that will show; else what is known
+    /// to be free may be all too little, as the answer that would have told was lost.
+    pub(super) fn may_repeat(&self, bytes: usize) -> bool {
+        self.handshake != Handshake::EscB || self.on_the_way().saturating_add(bytes + FREE_MIN) <= self.buffer
     }
 
     /// So many bytes go out.
     pub(super) fn send(&mut self, bytes: usize, now: Duration) {
         self.sent += bytes as u64;
         self.granted = self.granted.saturating_sub(bytes);
-        self.through = self.through.max(now) + Duration::from_secs_f64(self.seconds(bytes as f64));
+        self.through = self.through.max(now) + self.time_of(bytes);
     }
 
     /// Time that is left until all bytes are through the line.
     pub(super) fn backlog(&self, now: Duration) -> Duration {
         self.through.saturating_sub(now)
+    }
+
+    /// Time that so many bytes take on the line.
+    pub(super) fn time_of(&self, bytes: usize) -> Duration {
+        Duration::from_secs_f64(self.seconds(bytes as f64))
     }
 
     fn seconds(&self, bytes: f64) -> f64 {
@@ -161,14 +178,15 @@ mod tests {
     fn what_is_not_out_of_the_buffer_counts() {
         for handshake in [Handshake::EscB, Handshake::Oa] {
             let mut flow = flow(handshake);
-            assert!(flow.may_send(92, false, Duration::ZERO) && !flow.may_send(93, false, Duration::ZERO));
-            flow.send(92, Duration::ZERO);
+            assert!(flow.may_send(84, false, Duration::ZERO) && !flow.may_send(85, false, Duration::ZERO));
+            flow.send(84, Duration::ZERO);
             assert!(!flow.may_send(1, false, Duration::ZERO));
-            assert_eq!(flow.free(30, 92), Free::Unconfirmed);
-            assert_eq!(flow.free(90, 92), Free::More, "what both tell");
+            assert_eq!(flow.free(38, 84), Free::Unconfirmed);
+            assert_eq!(flow.free(90, 84), Free::More, "what both tell");
             assert!(flow.may_send(22, false, Duration::ZERO) && !flow.may_send(23, false, Duration::ZERO));
-            assert_eq!((flow.free(30, 92), flow.free(30, 92)), (Free::Same, Free::Same));
-            assert!(flow.consume(92) && flow.may_send(92, false, Duration::ZERO));
+            assert_eq!((flow.free(38, 84), flow.free(38, 84)), (Free::Same, Free::Same));
+            assert!(flow.may_repeat(29) && flow.may_repeat(30) == (handshake == Handshake::Oa));
+            assert!(flow.consume(84) && flow.may_send(84, false, Duration::ZERO));
         }
     }
 
@@ -202,7 +220,7 @@ mod tests {
     fn a_lost_xoff_does_no_harm() {
         let mut flow = flow(Handshake::XonXoff);
         let later = Duration::from_secs(9);
-        flow.send(90, Duration::ZERO);
+        flow.send(84, Duration::ZERO);
         assert!(!flow.may_send(3, false, later));
         assert!(flow.may_send(3, true, later), "a label can only be sent on");
     }

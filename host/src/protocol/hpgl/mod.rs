@@ -12,13 +12,15 @@
 //!
 //! There is no checksum. But `OA;` also tells where the pen is, and instructions are sent in such a way that this shows whether
 //! all of them arrived (see `words`): the job stops where the plotter is not where it must be. The questions travel behind
-//! the strokes, and nothing waits for the answers.
+//! the strokes, and nothing waits for the answers. `OE;` goes with them where the plotter knows it: what counts as executed is
+//! drawn where it must be, and nothing of it was refused.
 
 mod answers;
 mod codes;
 mod flow;
 mod job;
 mod probe;
+mod replies;
 mod words;
 
 use std::collections::VecDeque;
@@ -29,9 +31,10 @@ pub use job::{Job, JobError};
 use super::{Control, Event, Fault, Lines, Place, Progress, Protocol, Unit};
 use crate::device::Handshake;
 use answers::{Answers, Verdict};
-use flow::{Flow, Free};
+use flow::Flow;
 use probe::Probe;
-use words::{ASK, Expected, Limits, Words};
+use replies::{Asked, Question};
+use words::{Ask, Expected, Limits, Words};
 
 /// Time for an answer to what is obeyed at once. At 300 baud, 20 bytes take 0.7 s.
 const ANSWER_WAIT: Duration = Duration::from_secs(3);
@@ -112,8 +115,8 @@ pub struct Hpgl {
     /// Instructions that the plotter has, and those that are carried out.
     received: usize,
     executed: usize,
-    /// What the plotter reports at the end.
-    reported: Vec<String>,
+    /// Whether the plotter answers `OE;`.
+    tells_errors: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,52 +135,6 @@ enum Pause {
     AtRest,
 }
 
-/// A question that is answered at once, or when the buffer is empty.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Question {
-    Space,
-    Size,
-    Status,
-    LineError,
-    InstructionError,
-    Identity,
-}
-
-impl Question {
-    fn bytes(self) -> &'static [u8] {
-        match self {
-            Self::Space => b"\x1b.B",
-            Self::Size => b"\x1b.L",
-            Self::Status => b"\x1b.O",
-            Self::LineError => b"\x1b.E",
-            Self::InstructionError => b"OE;",
-            Self::Identity => b"OI;",
-        }
-    }
-
-    /// Whether a number may be the answer. `buffer` is the size of the buffer.
-    fn allows(self, number: usize, buffer: usize) -> bool {
-        match self {
-            Self::Space => number <= buffer,
-            Self::Size => (1..=1 << 24).contains(&number),
-            Self::Status | Self::InstructionError => number < 256,
-            Self::LineError => number == 0 || (10..20).contains(&number),
-            Self::Identity => false,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Asked {
-    question: Question,
-    since: Duration,
-    /// Times that it was put.
-    times: u32,
-    /// Bytes and instructions that were sent before it.
-    sent: u64,
-    pieces: usize,
-}
-
 impl Hpgl {
     /// A conversation that has not begun.
     #[must_use]
@@ -186,7 +143,7 @@ impl Hpgl {
         let mut hpgl = Self {
             job,
             phase: Phase::Probing(Probe::Begin),
-            words: Words::new(Self::limits(&options, options.buffer_bytes, Handshake::Oa)),
+            words: Words::new(Self::limits(&options, options.buffer_bytes, Handshake::Oa, Ask::Place)),
             answers: Answers::default(),
             flow,
             options,
@@ -206,7 +163,7 @@ impl Hpgl {
             events: VecDeque::new(),
             received: 0,
             executed: 0,
-            reported: Vec::new(),
+            tells_errors: false,
         };
         hpgl.input.reserve(INPUT_MAX);
         hpgl
@@ -218,11 +175,12 @@ impl Hpgl {
         if matches!(self.phase, Phase::Probing(_)) { self.options.handshake } else { self.flow.handshake }
     }
 
-    fn limits(options: &Options, buffer_bytes: usize, handshake: Handshake) -> Limits {
+    fn limits(options: &Options, buffer_bytes: usize, handshake: Handshake, question: Ask) -> Limits {
         Limits {
             buffer_bytes,
             list_points: options.list_points,
             asks_often: handshake != Handshake::EscB,
+            question,
             speeds: options.speeds,
         }
     }
@@ -236,32 +194,6 @@ impl Hpgl {
         (self.progressed, self.repeats) = (now, 0);
     }
 
-    fn ask(&mut self, question: Question, now: Duration) {
-        self.ask_again(question, 1, now);
-    }
-
-    fn ask_again(&mut self, question: Question, times: u32, now: Duration) {
-        let (sent, pieces) = (self.flow.sent(), self.last.pieces);
-        self.output.extend_from_slice(question.bytes());
-        self.asked = Some(Asked { question, since: now, times, sent, pieces });
-    }
-
-    /// The question that was put often enough and is given up, if it is overdue; one that was not is put again.
-    fn is_overdue(&mut self, now: Duration) -> Option<Question> {
-        let asked = self.asked?;
-        if now.saturating_sub(asked.since) <= ANSWER_WAIT + self.flow.backlog(now) {
-            return None;
-        }
-        // Not all know `OI;`.
-        if asked.times < ASK_MAX && asked.question != Question::Identity {
-            self.ask_again(asked.question, asked.times + 1, now);
-            return None;
-        }
-        self.asked = None;
-        self.answered = now;
-        Some(asked.question)
-    }
-
     fn fail(&mut self, fault: Fault) {
         self.phase = Phase::Over;
         self.asked = None;
@@ -273,92 +205,6 @@ impl Hpgl {
         self.output.clear();
         self.output.extend_from_slice(ABORT);
         self.fail(fault);
-    }
-
-    /// Takes one reply.
-    fn reply(&mut self, reply: &str, now: Duration) {
-        if self.phase == Phase::Over {
-            return;
-        }
-        if let Some((at, down)) = position(reply) {
-            let verdict = self.answers.take(at, down);
-            return self.judge(verdict, now);
-        }
-        let number = reply.parse::<usize>().ok().filter(|_| reply.bytes().all(|byte| byte.is_ascii_digit()));
-        match (self.asked, number) {
-            (Some(asked), Some(number)) if asked.question.allows(number, self.size_limit()) => {
-                self.asked = None;
-                self.answered = now;
-                self.told_number(asked, number, now);
-            }
-            (Some(asked), None) if asked.question == Question::Identity => {
-                self.asked = None;
-                self.identity(reply);
-                self.probe_answered(now);
-            }
-            (asked, _) => {
-                let verdict = self.answers.take_mangled();
-                self.judge(verdict, now);
-                if let Some(asked) = asked.filter(|asked| self.asked.is_some() && asked.times < ASK_MAX) {
-                    self.ask_again(asked.question, asked.times + 1, now);
-                }
-            }
-        }
-    }
-
-    /// Most free bytes that the plotter can have.
-    fn size_limit(&self) -> usize {
-        if matches!(self.phase, Phase::Probing(_)) { 1 << 24 } else { self.flow.buffer }
-    }
-
-    /// A question was answered with a number.
-    fn told_number(&mut self, asked: Asked, number: usize, now: Duration) {
-        match (self.phase, asked.question) {
-            (Phase::Probing(_), question) => self.probe_told(question, number, now),
-            (_, Question::Space) => {
-                self.received = self.received.max(asked.pieces);
-                match self.flow.free(number, asked.sent) {
-                    Free::More => {
-                        self.goes_on(now);
-                        self.waits = 0;
-                    }
-                    Free::Unconfirmed => self.waits = 0,
-                    Free::Same => self.waits += 1,
-                }
-            }
-            (_, Question::Status) => self.status(number as u32, now),
-            (_, Question::InstructionError) => {
-                if number != 0 {
-                    let meaning = codes::instruction_error(number as u32);
-                    self.reported.push(format!("instruction error {number}, {meaning}"));
-                }
-                self.finish_line(now);
-            }
-            (_, Question::LineError) => {
-                if number != 0 && number != codes::OUTPUT_OVERLAPS as usize {
-                    let meaning = codes::line_error(number as u32);
-                    self.reported.push(format!("line error {number}, {meaning}"));
-                }
-                self.finish();
-            }
-            (_, Question::Size | Question::Identity) => {}
-        }
-    }
-
-    fn status(&mut self, bits: u32, now: Duration) {
-        for (bit, message) in codes::HALTS {
-            if bits & bit != 0 && self.told & bit == 0 {
-                self.events.push_back(Event::Message(message.to_owned()));
-            }
-        }
-        self.told = bits;
-        // A plotter that its user has halted may rest for as long as it likes.
-        if codes::HALTS.iter().any(|(bit, _)| bits & bit != 0) {
-            self.goes_on(now);
-        }
-        if bits & codes::STATUS_EMPTY != 0 && !self.answers.is_waiting() {
-            self.flow.consume(self.flow.sent());
-        }
     }
 
     /// What follows from an answer to the question where the plotter is.
@@ -376,7 +222,7 @@ impl Hpgl {
                 }
             }
             Verdict::Open => {}
-            Verdict::AskAgain => self.put(ASK, now),
+            Verdict::AskAgain => self.put(Ask::Place.bytes(), now),
             Verdict::Astray { first, last, expected, at, down } => {
                 let place = |at: Option<[i64; 2]>, down: Option<bool>| {
                     let at = at.map_or("anywhere".into(), |[x, y]| format!("at ({x}, {y})"));
@@ -393,6 +239,10 @@ impl Hpgl {
                     wanted: place(expected.at, expected.down),
                 });
             }
+            Verdict::Refused { first, last, error } => {
+                let meaning = codes::instruction_error(error);
+                self.abort(Fault::Erred { first: first + 1, last: last.max(first + 1), code: error, meaning });
+            }
             Verdict::Noise => {
                 let at = self.place();
                 self.abort(Fault::Noise { at });
@@ -406,15 +256,15 @@ impl Hpgl {
             let resting = self.pause.is_some() && self.words.may_rest();
             let unit = if resting { self.words.rest() } else { self.words.peek(&self.job) };
             let Some(bytes) = unit.map(|unit| unit.bytes.len()) else { break };
-            let asks = unit.is_some_and(|unit| unit.asks);
+            let asks = unit.is_some_and(|unit| unit.asks.is_some());
             // The reserve is there for questions.
             if !self.flow.may_send(if asks { 0 } else { bytes }, !self.whole, now) {
                 return self.blocked(bytes, now);
             }
             let Some(unit) = self.words.take() else { break };
             self.put(&unit.bytes, now);
-            if unit.asks {
-                self.answers.asked(unit.after, self.flow.sent());
+            if let Some(ask) = unit.asks {
+                self.answers.asked(ask, unit.after, self.flow.sent());
             }
             (self.last, self.whole) = (unit.after, unit.whole);
             self.goes_on(now);
@@ -432,7 +282,7 @@ impl Hpgl {
                 self.phase = Phase::Finishing;
                 self.pause = None;
                 self.asked = None;
-                self.ask(Question::InstructionError, now);
+                self.finish_line(now);
             }
             _ => {}
         }
@@ -459,7 +309,7 @@ impl Hpgl {
                 self.enquired = Some(now);
             }
             _ if self.flow.has_room(bytes) => {}
-            _ if self.whole && !waiting => self.ask_where(now),
+            _ if self.whole && !waiting => self.ask_where(self.question(), now),
             Handshake::Oa | Handshake::Auto if !waiting => {
                 // Nobody tells how much of it has left the buffer, and a question within it would be part of it.
                 let line = self.last.pieces + 1;
@@ -471,9 +321,14 @@ impl Hpgl {
     }
 
     /// Puts the question where the plotter is behind all that was sent.
-    fn ask_where(&mut self, now: Duration) {
-        self.put(ASK, now);
-        self.answers.asked(self.last, self.flow.sent());
+    fn ask_where(&mut self, ask: Ask, now: Duration) {
+        self.put(ask.bytes(), now);
+        self.answers.asked(ask, self.last, self.flow.sent());
+    }
+
+    /// What the plotter is asked behind what it draws.
+    fn question(&self) -> Ask {
+        if self.tells_errors { Ask::Check } else { Ask::Place }
     }
 
     /// Looks after what is overdue.
@@ -492,10 +347,10 @@ impl Hpgl {
             return self.silent(now);
         }
         let repeats = REPEAT_AFTER.iter().filter(|after| idle > **after).count();
-        if repeats > self.repeats && self.whole {
+        if repeats > self.repeats && self.whole && self.flow.may_repeat(Ask::Place.bytes().len()) {
             self.repeats = repeats;
             self.enquired = None;
-            self.ask_where(now);
+            self.ask_where(Ask::Place, now);
         }
     }
 
@@ -515,15 +370,10 @@ impl Hpgl {
     }
 
     fn finish(&mut self) {
-        if self.reported.is_empty() {
-            self.phase = Phase::Over;
-            self.asked = None;
-            self.executed = self.job.instructions().len();
-            self.events.push_back(Event::Done);
-        } else {
-            let what = self.reported.join(" and ");
-            self.fail(Fault::Reported { what });
-        }
+        self.phase = Phase::Over;
+        self.asked = None;
+        self.executed = self.job.instructions().len();
+        self.events.push_back(Event::Done);
     }
 
     fn pause(&mut self) {
@@ -538,23 +388,6 @@ impl Hpgl {
             self.events.push_back(Event::Resumed);
         }
     }
-}
-
-/// Where the pen is and whether it is down, as `OA;` answers it.
-fn position(reply: &str) -> Option<([i64; 2], bool)> {
-    let mut parts = reply.split(',').map(str::trim);
-    let (x, y, pen) = (parts.next()?, parts.next()?, parts.next()?);
-    let number = |text: &str| {
-        let digits = text.strip_prefix('-').unwrap_or(text);
-        let is_number = (1..=7).contains(&digits.len()) && digits.bytes().all(|byte| byte.is_ascii_digit());
-        text.parse::<i64>().ok().filter(|_| is_number)
-    };
-    let down = match pen {
-        "0" => false,
-        "1" => true,
-        _ => return None,
-    };
-    parts.next().is_none().then_some(([number(x)?, number(y)?], down))
 }
 
 impl Protocol for Hpgl {
@@ -588,12 +421,12 @@ impl Protocol for Hpgl {
                     self.watch(now);
                 }
             }
-            // The drawing is done by then: a plotter that does not know these questions is forgiven.
-            Phase::Finishing => match self.is_overdue(now) {
-                Some(Question::InstructionError) => self.finish_line(now),
-                Some(_) => self.finish(),
-                None => {}
-            },
+            // The drawing is done by then: a plotter that does not know the question is forgiven.
+            Phase::Finishing => {
+                if self.is_overdue(now).is_some() {
+                    self.finish();
+                }
+            }
             Phase::Over => {}
         }
     }

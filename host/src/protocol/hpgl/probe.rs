@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use super::{ANSWER_WAIT, ENQ, Event, Hpgl, Phase, Question, Words};
+use super::{ANSWER_WAIT, Ask, ENQ, Event, Hpgl, Phase, Question, Words};
 use crate::device::Handshake;
 use crate::protocol::{Fault, Lines};
 
@@ -68,7 +68,7 @@ impl Hpgl {
             Probe::Turn if elapsed > 2 * ANSWER_WAIT + self.flow.backlog(now) => {
                 if self.repeats < 2 {
                     (self.progressed, self.repeats) = (now, self.repeats + 1);
-                    self.ask_where(now);
+                    self.ask_where(Ask::Place, now);
                 } else {
                     self.no_answer();
                 }
@@ -144,7 +144,7 @@ impl Hpgl {
             Handshake::Hardware => self.put(b"\x1b.@;1:", now),
             Handshake::EscB | Handshake::Oa | Handshake::Auto => {}
         }
-        self.ask_where(now);
+        self.ask_where(Ask::Place, now);
         self.enter(Probe::Turn, now);
     }
 
@@ -161,10 +161,15 @@ impl Hpgl {
                 self.flow.buffer = self.flow.buffer.max(number);
                 self.probe_turn(Handshake::EscB, now);
             }
-            Question::InstructionError if self.flow.handshake == Handshake::EscB => {
-                self.ask(Question::LineError, now);
+            Question::InstructionError => {
+                self.tells_errors = true;
+                if self.flow.handshake == Handshake::EscB {
+                    self.ask(Question::LineError, now);
+                } else {
+                    self.probe_identity(now);
+                }
             }
-            Question::InstructionError | Question::LineError => self.probe_identity(now),
+            Question::LineError => self.probe_identity(now),
             Question::Status | Question::Identity => {}
         }
     }
@@ -200,7 +205,8 @@ impl Hpgl {
 
     /// The job begins.
     fn begin(&mut self, now: Duration) {
-        self.words = Words::new(Self::limits(&self.options, self.flow.buffer, self.flow.handshake));
+        let limits = Self::limits(&self.options, self.flow.buffer, self.flow.handshake, self.question());
+        self.words = Words::new(limits);
         self.phase = Phase::Sending;
         self.goes_on(now);
         self.answered = now;

@@ -447,7 +447,7 @@ fn whatever_a_byte_suffers_nothing_is_silently_wrong() {
                         Event::Failed(fault) => {
                             failed += 1;
                             // A mangled answer stops the job only where no other tells the same: of a pen, and of errors.
-                            let alone = matches!(fault, Fault::Astray { .. } | Fault::Reported { .. });
+                            let alone = matches!(fault, Fault::Astray { .. } | Fault::Erred { .. });
                             assert!(to_the_plotter || alone, "{handshake:?} {mangle:?} at {at}: {fault}");
                             if let Fault::Astray { first, last, .. } = fault {
                                 assert!(first <= last && last - first <= 4, "{first} to {last}");
@@ -550,7 +550,7 @@ fn errors_of_what_was_drawn_before_are_none_of_the_job() {
     assert_eq!(Run::new(b"IN;PU;", plotter, Handshake::Auto).finish(), Event::Done);
     let mut run = Run::new(b"IN;PU;QQ;", Plotter::new(255, SPACE), Handshake::Auto);
     let Event::Failed(fault) = run.finish() else { panic!("it is done") };
-    assert!(fault.to_string().contains("instruction error 1"), "{fault}");
+    assert!(fault.to_string().contains("a part of instruction 3: error 1, an unknown instruction"), "{fault}");
 }
 
 #[test]
@@ -574,23 +574,56 @@ fn its_user_is_told_of_a_halt_once_and_it_waits_for_as_long_as_it_likes() {
     assert!(matches!(&events[..], [Event::Message(text)] if text.contains("VIEW")), "{events:?}");
 }
 
-#[test]
-fn positions_are_told_from_other_replies() {
-    let table = [
-        ("1,2,0", Some(([1, 2], false))),
-        ("-15, 30000,1", Some(([-15, 30_000], true))),
-        ("1,2", None),
-        ("1,2,2", None),
-        ("1,2,0,1", None),
-        ("1,,0", None),
-        ("1.5,2,0", None),
-        ("+1,2,0", None),
-        ("12345678,2,0", None),
-        ("", None),
-    ];
-    for (reply, expected) in table {
-        assert_eq!(position(reply), expected, "{reply}");
+/// A conversation with a plotter that has been asked for its state (`ESC.O`), while it has not come to the question behind the job.
+fn asked_twice() -> (Hpgl, Duration) {
+    let mut protocol = Hpgl::new(Job::new(b"IN;PA1,1;").unwrap(), options(60, Handshake::EscB));
+    let mut answers: VecDeque<&[u8]> = VecDeque::from([&b"60\r"[..], b"60\r", b"5,5,0\r", b"0\r", b"0\r", b"7475A\r"]);
+    let mut now = Duration::ZERO;
+    loop {
+        now += Duration::from_millis(100);
+        protocol.tick(now);
+        let asked = protocol.take_output();
+        if asked.ends_with(b"\x1b.O") {
+            return (protocol, now);
+        }
+        match answers.pop_front().filter(|_| !asked.is_empty()) {
+            Some(answer) => protocol.receive(answer, now),
+            None => assert!(now < Duration::from_secs(10)),
+        }
     }
+}
+
+#[test]
+fn a_number_that_answers_either_of_two_questions_is_settled_by_what_follows() {
+    let halted =
+        |protocol: &mut Hpgl| matches!(protocol.take_event(), Some(Event::Message(text)) if text.contains("VIEW"));
+    // Both are 0, and then the place.
+    let (mut protocol, now) = asked_twice();
+    protocol.receive(b"0\r0\r1,1,0\r", now);
+    assert_eq!((protocol.executed, protocol.answers.expects_error()), (2, false));
+    // The answer to `OE;` comes first, or last.
+    for replies in [&b"0\r16\r1,1,0\r"[..], b"16\r0\r1,1,0\r", b"0\r1,1,0\r16\r"] {
+        let (mut protocol, now) = asked_twice();
+        protocol.receive(replies, now);
+        assert!(halted(&mut protocol) && protocol.executed == 2, "{}", String::from_utf8_lossy(replies));
+    }
+    // An error, whatever came before it, is known before the place.
+    for replies in [&b"0\r3\r1,1,0\r"[..], b"3\r0\r1,1,0\r", b"16\r3\r1,1,0\r"] {
+        let (mut protocol, now) = asked_twice();
+        protocol.receive(replies, now);
+        let events = std::iter::from_fn(|| protocol.take_event());
+        assert!(matches!(events.last(), Some(Event::Failed(Fault::Erred { first: 1, last: 2, code: 3, .. }))));
+        assert_eq!(protocol.executed, 0);
+    }
+    // Nothing follows it: the plotter is at work, and answers the next question for its state.
+    let (mut protocol, now) = asked_twice();
+    protocol.receive(b"0\r", now);
+    let now = now + Duration::from_secs(1);
+    protocol.tick(now);
+    protocol.tick(now + STATUS_INTERVAL);
+    assert_eq!(protocol.take_output(), b"\x1b.O");
+    protocol.receive(b"0\r1,1,0\r8\r", now + STATUS_INTERVAL);
+    assert_eq!((protocol.executed, protocol.answers.expects_error()), (2, false));
 }
 
 proptest! {

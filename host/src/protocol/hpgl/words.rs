@@ -4,13 +4,14 @@
 //!
 //! ```text
 //!  job:   PU100,200;              PD300,200,300,250;
-//!  sent:  PU;PR-40,10;      OA;   PD;PR200,0,0,50;      OA;
+//!  sent:  PU;PR-40,10;      OE;OA;   PD;PR200,0,0,50;      OE;OA;
 //! ```
 //!
 //! So the position behind any of them is the sum of all moves before it: a byte that was lost, doubled or changed leaves the
 //! pen elsewhere until the end of the job, and `OA;` tells. As only one instruction lowers the pen for a stroke, it stays up to
 //! the end of the stroke where that one is mangled, and `OA;` tells that too; it is asked before each change. Where the
-//! position is not known (see [`crate::trace::hpgl`]), instructions go as the job has them.
+//! position is not known (see [`crate::trace::hpgl`]), instructions go as the job has them. What does not show in the place of the
+//! pen, such as a pen's number that the plotter does not have, `OE` tells where the plotter knows that.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -18,8 +19,24 @@ use std::fmt::Write as _;
 use super::Job;
 use crate::trace::hpgl::{Action, Motion, Path, State};
 
-/// Asks where the pen is, and whether it is down.
-pub(super) const ASK: &[u8] = b"OA;";
+/// A question that is answered when all before it is carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ask {
+    /// Where the pen is, and whether it is down.
+    Place,
+    /// Whether anything was refused, and then the same.
+    Check,
+}
+
+impl Ask {
+    pub(super) fn bytes(self) -> &'static [u8] {
+        match self {
+            Self::Place => b"OA;",
+            Self::Check => b"OE;OA;",
+        }
+    }
+}
+
 /// Longest list of relative moves in bytes; shorter where the buffer is small.
 const LIST_BYTES: usize = 200;
 /// Largest increment that every plotter takes.
@@ -51,8 +68,8 @@ pub(super) struct Unit {
     pub(super) after: Expected,
     /// Whether they end with the end of an instruction, so that something else may be sent behind them.
     pub(super) whole: bool,
-    /// Whether this is the question where the plotter is.
-    pub(super) asks: bool,
+    /// The question that this is, if it is one.
+    pub(super) asks: Option<Ask>,
 }
 
 /// Makes units of a job's instructions, one instruction at a time.
@@ -72,6 +89,8 @@ pub(super) struct Words {
     list_points: usize,
     /// Bytes after which the question is put within a stroke too.
     span: usize,
+    /// What is asked.
+    question: Ask,
     /// Speed in percent of that of the job, the speed that the job has when it says none, and the fastest (cm/s).
     percent: u16,
     speeds: Option<(f64, u32)>,
@@ -86,6 +105,8 @@ pub(super) struct Limits {
     pub(super) list_points: usize,
     /// Whether nothing but the answers tells how full the buffer is.
     pub(super) asks_often: bool,
+    /// What the plotter is asked.
+    pub(super) question: Ask,
     /// Speed where the job says none, and the fastest, in cm/s; none where the plotter's speed cannot be set.
     pub(super) speeds: Option<(f64, u32)>,
 }
@@ -102,6 +123,7 @@ impl Words {
             unit_bytes: third.clamp(16, LIST_BYTES),
             list_points: limits.list_points.max(1),
             span: if limits.asks_often { third } else { usize::MAX },
+            question: limits.question,
             percent: 100,
             speeds: limits.speeds,
         }
@@ -160,13 +182,14 @@ impl Words {
     fn push(&mut self, bytes: Vec<u8>, whole: bool) {
         self.unasked += bytes.len();
         let after = self.expected();
-        self.units.push_back(Unit { bytes, after, whole, asks: false });
+        self.units.push_back(Unit { bytes, after, whole, asks: None });
     }
 
     fn ask(&mut self) {
         self.unasked = 0;
         let after = self.expected();
-        self.units.push_back(Unit { bytes: ASK.to_vec(), after, whole: true, asks: true });
+        let asks = Some(self.question);
+        self.units.push_back(Unit { bytes: self.question.bytes().to_vec(), after, whole: true, asks });
     }
 
     /// Makes the units of the next instruction.
@@ -175,8 +198,11 @@ impl Words {
         let before = self.state;
         let mut state = before;
         let action = state.follow(instruction);
+        let is = |name: &str| instruction.get(..2).is_some_and(|word| word.eq_ignore_ascii_case(name.as_bytes()));
+        // What begins anew forgets its errors.
+        let begins_anew = is("IN") || is("DF");
         let changes = state.down != before.down || matches!(action, Action::Select | Action::Unknown);
-        if changes && self.unasked > 0 {
+        if (changes || begins_anew) && self.unasked > 0 {
             self.ask();
         }
         match action {
@@ -201,9 +227,6 @@ impl Words {
             }
             Action::Set => {
                 self.state = state;
-                let is =
-                    |name: &str| instruction.get(..2).is_some_and(|word| word.eq_ignore_ascii_case(name.as_bytes()));
-                let begins_anew = is("IN") || is("DF");
                 if begins_anew {
                     self.relative = Some(false);
                 }
@@ -221,7 +244,7 @@ impl Words {
         self.next += 1;
         // What the units leave behind is the end of the instruction.
         let pieces = self.next;
-        if let Some(last) = self.units.back_mut().filter(|unit| !unit.asks) {
+        if let Some(last) = self.units.back_mut().filter(|unit| unit.asks.is_none()) {
             last.after.pieces = pieces;
         }
         if self.unasked >= self.span {
@@ -289,7 +312,13 @@ impl Words {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits { buffer_bytes: 1024, list_points: 99, asks_often: false, speeds: Some((38.0, 38)) };
+    const LIMITS: Limits = Limits {
+        buffer_bytes: 1024,
+        list_points: 99,
+        asks_often: false,
+        question: Ask::Place,
+        speeds: Some((38.0, 38)),
+    };
 
     fn sent(hpgl: &str, limits: Limits) -> String {
         let job = Job::new(hpgl.as_bytes()).unwrap();
@@ -345,7 +374,7 @@ mod tests {
         let mut seen = Vec::new();
         while words.peek(&job).is_some() {
             let unit = words.take().unwrap();
-            if unit.asks {
+            if unit.asks.is_some() {
                 seen.push((unit.after.pieces, unit.after.at, unit.after.down));
             }
         }
@@ -362,6 +391,6 @@ mod tests {
         while words.peek(&job).is_some() {
             text.push_str(&String::from_utf8_lossy(&words.take().unwrap().bytes));
         }
-        assert_eq!(text, "VS19;OA;IN;VS19;VS20;VS10;PA1,1;IN;VS19;PA2,2;OA;");
+        assert_eq!(text, "VS19;OA;IN;VS19;VS20;VS10;PA1,1;OA;IN;VS19;PA2,2;OA;");
     }
 }
