@@ -328,3 +328,19 @@ fn isocurves_are_as_far_apart_as_asked_and_come_in_layers() {
     let both = penvis(folder.path(), "draw model.json -o b.json --iso 4 --iso-spacing 1");
     assert!(String::from_utf8_lossy(&both.stderr).contains("cannot be used with"));
 }
+
+#[test]
+fn a_fault_whose_place_the_seed_decides_happens() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("job.gcode"), "G21\nG90\nM3S1000\nG1X5F3000\nG1Y5\nM3S0\nG0X0Y0\n").unwrap();
+    fs::write(folder.path().join("job.plt"), "IN;SP1;PA0,0;PD400,0,400,400;PU;SP0;").unwrap();
+    for seed in 1..=6 {
+        for (job, port) in [("job.gcode", "sim:grbl"), ("job.plt", "sim:hpgl7475a")] {
+            for fault in ["corrupted", "lost-answer", "missing-ok"] {
+                let output = penvis(folder.path(), &format!("plot {job} --port {port} --fault {fault} --seed {seed}"));
+                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                assert!(said.contains(&format!("fault {fault}@")), "{port}, {fault}, seed {seed}: {said}");
+            }
+        }
+    }
+}

@@ -146,8 +146,8 @@ impl<'a> Session<'a> {
         while !interrupt::is_wanted() {
             let quiet = self.clock.now().saturating_sub(self.last_heard);
             let waits = self.awaits && quiet < ANSWER_WAIT;
-            // A board that boots takes no line for one.
-            let boots = self.script && is_gcode(self.device) && self.clock.now() < BANNER_WAIT;
+            // A board that boots takes no line for one, and a simulated plotter was switched on just now.
+            let boots = self.script && (is_gcode(self.device) || self.simulated) && self.clock.now() < BANNER_WAIT;
             if !ended && !(self.script && (waits || boots)) {
                 match self.next(&lines) {
                     Ok(line) => {

@@ -282,8 +282,12 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
             if args.preflight {
                 return Ok(());
             }
-            let lines = job.bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
-            let expected = Traffic { sent: job.bytes.len() as u64, answered: 4 * lines, acknowledged: lines };
+            let expected = match &sim {
+                Some(sim) if faults.iter().any(|fault| fault.at.is_none()) => {
+                    undisturbed(&job, &device, SimPort::with(sim.peer(&device)?, baud), baud)?
+                }
+                _ => Traffic::default(),
+            };
             let faults = Faults::new(&faults, args.seed, expected);
             let course = Course::new(Whole::new(&job.bytes, &device).map_err(bad)?.steps());
             let interface = Interface::new(User::Absent, course, args.json);
@@ -402,6 +406,17 @@ fn read(path: &Path, device: &Device) -> Result<Job, PlotError> {
         Ok(bytes) => Ok(Job { name: file, bytes, page: None }),
         Err(source) => Err(PlotError::Read { file, source }),
     }
+}
+
+/// What goes over the line when nothing goes wrong with a job: a fault whose place a seed decides is to fall within it.
+fn undisturbed(job: &Job, device: &Device, mut port: SimPort, baud: u32) -> Result<Traffic, PlotError> {
+    let name = &job.name;
+    let mut conversation =
+        protocol::start(&job.bytes, device, baud).map_err(|source| PlotError::Job { name: name.clone(), source })?;
+    let clock = port.clock();
+    stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut preflight::Unwatched)
+        .map_err(|source| PlotError::Stream { name: name.clone(), source })?;
+    Ok(port.traffic())
 }
 
 /// Plots on the simulated plotter, and writes the picture of what it drew: of a job that fails only if it was to go wrong.

@@ -47,7 +47,7 @@ pub(super) fn ask(
     let lines = grbl::Job::new(&String::from_utf8_lossy(&job.bytes), language.line_limit)
         .map_err(|source| PlotError::Job { name: job.name.clone(), source: source.into() })?;
     let mut converse = |protocol: &mut dyn Protocol| {
-        stream::run(port, protocol, clock, &mut Asking)
+        stream::run(port, protocol, clock, &mut Unwatched)
             .map_err(|source| PlotError::Stream { name: job.name.clone(), source })
     };
     let mut probe = Probe::new();
@@ -62,10 +62,10 @@ pub(super) fn ask(
     Ok(())
 }
 
-/// Waits for the answers unless Ctrl-C stops it.
-struct Asking;
+/// Lets a conversation come to its end unless Ctrl-C stops it.
+pub(super) struct Unwatched;
 
-impl Observer for Asking {
+impl Observer for Unwatched {
     fn progress(&mut self, _: Progress) {}
 
     fn message(&mut self, _: &str) {}
