@@ -1,9 +1,9 @@
 //! Every simulated plotter with every fault, over many seeds: how often the job was drawn, how often it stopped with the place that
 //! failed, and what else came of it.
 //!
-//!     cargo run --release -p penvis-tests --example faults -- [--seeds 200] [--first 0] [--only PORT|DEVICE|FAULT]… [--list]
+//!     cargo run --release -p penvis-tests --example faults -- [--seeds 200] [--first 0] [--only PORT|DEVICE|FAULT]… [--list] [--list-stopped]
 //!
-//! `--list` also prints each seed that went wrong, with what happened and what was said. Ends with failure if any did.
+//! `--list` also prints each seed that went wrong, with what happened and what was said, and `--list-stopped` each that stopped. Ends with failure if any did.
 
 use std::process::ExitCode;
 
@@ -12,7 +12,7 @@ use penvis_tests::faults::{Bench, PLOTTERS, Verdict};
 use rayon::prelude::*;
 
 fn main() -> ExitCode {
-    let (mut seeds, mut first, mut only, mut list) = (200, 0, Vec::new(), false);
+    let (mut seeds, mut first, mut only, mut list, mut list_stopped) = (200, 0, Vec::new(), false, false);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut number = || words.next().and_then(|number| number.parse().ok());
@@ -21,6 +21,7 @@ fn main() -> ExitCode {
             "--first" => first = number().unwrap_or(first),
             "--only" => only.extend(words.next()),
             "--list" => list = true,
+            "--list-stopped" => list_stopped = true,
             _ => {
                 eprintln!("{word} is no option; see the top of this example");
                 return ExitCode::FAILURE;
@@ -62,10 +63,14 @@ fn main() -> ExitCode {
             println!();
             for (seed, outcome) in outcomes {
                 match outcome {
-                    Ok(outcome) if outcome.verdict.is_good() => {}
                     Ok(outcome) => {
-                        good = false;
-                        if list {
+                        good &= outcome.verdict.is_good();
+                        let listed = if outcome.verdict.is_good() {
+                            list_stopped && outcome.verdict == Verdict::Stopped
+                        } else {
+                            list
+                        };
+                        if listed {
                             println!("    seed {seed}: {} ({}): {}", outcome.verdict, outcome.struck, outcome.message);
                         }
                     }

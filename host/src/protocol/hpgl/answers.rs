@@ -70,9 +70,9 @@ impl Answers {
 
     /// Takes a number that may be the answer to `OE;`; none if it cannot be.
     pub(super) fn take_error(&mut self, number: u32) -> Option<Verdict> {
+        let expected = self.expects_error();
+        self.heard |= expected;
         if number == 0 {
-            let expected = self.expects_error();
-            self.heard |= expected;
             return expected.then_some(Verdict::Open);
         }
         let last = self.queue.front()?.expected.pieces;
@@ -82,6 +82,11 @@ impl Answers {
     /// Whether questions are to be answered.
     pub(super) fn is_waiting(&self) -> bool {
         !self.queue.is_empty()
+    }
+
+    /// Instructions that are carried out.
+    pub(super) fn reached(&self) -> usize {
+        self.right.pieces
     }
 
     /// Whether nothing more may be sent before an answer has come.

@@ -91,6 +91,8 @@ pub struct Hpgl {
     flow: Flow,
     /// Question that is to be answered at once.
     asked: Option<Asked>,
+    /// What a number means that may be an error's, or a mangled answer to that question.
+    doubt: Option<Verdict>,
     /// When the last of them was answered or given up.
     answered: Duration,
     /// Questions for the space that found too little, in a row.
@@ -148,6 +150,7 @@ impl Hpgl {
             flow,
             options,
             asked: None,
+            doubt: None,
             answered: Duration::ZERO,
             waits: 0,
             told: 0,
@@ -215,7 +218,9 @@ impl Hpgl {
                 if pieces > self.executed {
                     self.goes_on(now);
                 }
-                self.executed = self.executed.max(pieces);
+                if self.doubt.is_none() {
+                    self.executed = self.executed.max(pieces);
+                }
                 self.received = self.received.max(pieces);
                 if self.phase == Phase::Probing(Probe::Turn) && !self.answers.is_waiting() {
                     self.probe_answered(now);
@@ -269,7 +274,7 @@ impl Hpgl {
             (self.last, self.whole) = (unit.after, unit.whole);
             self.goes_on(now);
         }
-        if self.answers.is_waiting() || self.answers.is_frozen() {
+        if self.answers.is_waiting() || self.answers.is_frozen() || self.doubt.is_some() {
             return;
         }
         match self.pause {

@@ -7,8 +7,9 @@
 //! ```
 //!
 //! Two questions may thus be open, and nothing but the numbers tells whose a reply is. A buffer is never so full that the answer
-//! to `ESC.B` could be an error's number, 0 to 8 (see [`super::flow::FREE_MIN`]); and where a 0 may be an answer to `ESC.O` too, what comes
-//! next decides.
+//! to `ESC.B` could be an error's number, 0 to 8 (see [`super::flow::FREE_MIN`]). But digits are lost on the line: an error stops the job
+//! when the other question is answered too, and until then nothing more counts as executed; if that has no answer, it was its
+//! own. Where a 0 may be an answer to `ESC.O` too, what comes next decides.
 
 use std::time::Duration;
 
@@ -97,6 +98,10 @@ impl Hpgl {
         if now.saturating_sub(asked.since) <= ANSWER_WAIT + self.flow.backlog(now) {
             return None;
         }
+        // It was the answer to this one, and the line has changed it.
+        if self.doubt.take().is_some() {
+            self.executed = self.executed.max(self.answers.reached());
+        }
         // Not all know `OI;`.
         if asked.times < ASK_MAX && asked.question != Question::Identity {
             self.ask_again(asked, now);
@@ -126,10 +131,17 @@ impl Hpgl {
             return;
         }
         if let Some(verdict) = number.and_then(|number| self.error_told(number)) {
+            if self.asked.is_some() && matches!(verdict, Verdict::Refused { .. }) {
+                self.doubt = Some(verdict);
+                return;
+            }
             return self.judge(verdict, now);
         }
         match (self.asked, number) {
             (Some(asked), Some(number)) if asked.question.allows(number, self.size_limit()) => {
+                if let Some(verdict) = self.doubt.take() {
+                    return self.judge(verdict, now);
+                }
                 self.answered_with(asked, number, now);
             }
             (Some(asked), None) if asked.question == Question::Identity => {

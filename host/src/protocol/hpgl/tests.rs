@@ -615,6 +615,15 @@ fn a_number_that_answers_either_of_two_questions_is_settled_by_what_follows() {
         assert!(matches!(events.last(), Some(Event::Failed(Fault::Erred { first: 1, last: 2, code: 3, .. }))));
         assert_eq!(protocol.executed, 0);
     }
+    // What might be an error and was the other question's answer, mangled, counts as nothing when that has no answer.
+    let (mut protocol, now) = asked_twice();
+    protocol.receive(b"3\r1,1,0\r", now);
+    assert_eq!((protocol.executed, protocol.take_event()), (0, None));
+    let now = now + ANSWER_WAIT + Duration::from_secs(1);
+    protocol.tick(now);
+    assert_eq!((protocol.executed, protocol.take_output()), (2, b"\x1b.O".to_vec()));
+    protocol.receive(b"8\r", now);
+    assert_eq!(protocol.phase, Phase::Finishing);
     // Nothing follows it: the plotter is at work, and answers the next question for its state.
     let (mut protocol, now) = asked_twice();
     protocol.receive(b"0\r", now);
