@@ -2,7 +2,7 @@
 //! disturbed.
 //!
 //! The plotter is the simulated one at a pseudo terminal, in the time of the wall. It is never switched off: what it had in its
-//! buffers it draws to the end, as a real one does. `PENVIS_KILLS` sets how often it is killed.
+//! buffers it draws to the end, as a real one does. `PENVIS_KILLS` sets how often each kind is killed.
 #![cfg(unix)]
 
 use std::env;
@@ -17,9 +17,8 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use penvis::device::find;
-use penvis::sim::{Recording, SimPort};
+use penvis::sim::{Recording, SimName, SimPort};
 use penvis::stream::Clock;
-use penvis_firmware::Settings;
 use serialport::{SerialPort, TTYPort};
 
 /// Kills in all, unless the environment says otherwise.
@@ -33,6 +32,84 @@ const TOLERANCE_MM: f64 = 0.05;
 /// Distance between the places at which ink is compared.
 const SPACING_MM: f64 = 0.25;
 
+/// A kind of plotter, and how a drawing is said to it.
+#[derive(Clone, Copy)]
+struct Kind {
+    port: &'static str,
+    device: &'static str,
+    file: &'static str,
+    /// Time from power on until it listens.
+    boots: Duration,
+    begin: &'static str,
+    end: &'static str,
+    write: fn(&mut String, &[DVec2]),
+}
+
+const FIRMWARE: Kind = Kind {
+    port: "sim",
+    device: "penvis",
+    file: "job.gcode",
+    boots: Duration::ZERO,
+    begin: "G21\nG90\nG17\nG94\nM3 S0\nG4 P0.05\n",
+    end: "G0 X0 Y0\nM5\n",
+    write: |text, points| gcode(text, points, ["M3 S1000\nG4 P0.05\n", "M3 S0\nG4 P0.05\n"]),
+};
+
+/// It homes: Marlin does not tell whether it has been switched off meanwhile.
+const MARLIN: Kind = Kind {
+    port: "sim:marlin",
+    device: "marlin-servo",
+    file: "job.gcode",
+    boots: Duration::ZERO,
+    begin: "G21\nG90\nM280 P0 S90\nG4 P200\nG28 X Y\n",
+    end: "G0 X0 Y0 F9000\nM400\n",
+    write: |text, points| {
+        gcode(text, points, ["M400\nM280 P0 S30\nG4 P50\n", "M400\nM280 P0 S90\nG4 P50\n"]);
+    },
+};
+
+const HPGL: Kind = Kind {
+    port: "sim:hpgl7475a",
+    device: "hp7475a",
+    file: "job.plt",
+    boots: Duration::from_millis(1100),
+    begin: "IN;SP1;VS10;",
+    end: "PU0,0;SP0;",
+    write: |text, points| {
+        let units: Vec<_> =
+            points.iter().map(|p| format!("{},{}", (p.x / 0.025).round(), (p.y / 0.025).round())).collect();
+        text.push_str(&format!("PU{};", units[0]));
+        for list in units[1..].chunks(8) {
+            text.push_str(&format!("PD{};", list.join(",")));
+        }
+        text.push_str(if units.len() == 1 { "PD;PU;" } else { "PU;" });
+    },
+};
+
+/// A stroke in G-code, with what lowers and lifts the pen.
+fn gcode(text: &mut String, points: &[DVec2], [lower, lift]: [&str; 2]) {
+    text.push_str(&format!("G0 X{:.3} Y{:.3} F9000\n{lower}", points[0].x, points[0].y));
+    for (k, point) in points.iter().enumerate().skip(1) {
+        let feed = if k == 1 { " F9000" } else { "" };
+        text.push_str(&format!("G1 X{:.3} Y{:.3}{feed}\n", point.x, point.y));
+    }
+    text.push_str(lift);
+}
+
+impl Kind {
+    /// A drawing: rows of waves, each a stroke, and a dot between them.
+    fn job(&self, rows: u32) -> String {
+        let mut text = self.begin.to_owned();
+        for row in 0..rows {
+            let y = 5.0 + 6.0 * f64::from(row);
+            let wave = |k: u32| DVec2::new(5.0 + f64::from(k), y + 2.0 * (f64::from(k) * 0.4 + f64::from(row)).sin());
+            (self.write)(&mut text, &(0..60).map(wave).collect::<Vec<_>>());
+            (self.write)(&mut text, &[DVec2::new(70.0, y)]);
+        }
+        text + self.end
+    }
+}
+
 /// A plotter at a pseudo terminal, served by a thread.
 struct Plotter {
     path: String,
@@ -41,7 +118,7 @@ struct Plotter {
 }
 
 impl Plotter {
-    fn switch_on() -> Self {
+    fn switch_on(kind: Kind) -> Self {
         let (mut master, slave) = TTYPort::pair().unwrap();
         let path = slave.name().unwrap();
         let over = Arc::new(AtomicBool::new(false));
@@ -49,19 +126,24 @@ impl Plotter {
         let thread = thread::spawn(move || {
             // Held until all is over: without it, the master sees the end of every user of the slave.
             let _slave = slave;
-            let device = find("penvis").unwrap();
-            let mut sim = SimPort::new(Settings::default(), &device.language.gcode().unwrap().pen, 115_200);
-            sim.set_timeout(Duration::from_millis(1)).unwrap();
-            let (clock, since) = (sim.clock(), Instant::now());
-            master.set_timeout(Duration::from_millis(1)).unwrap();
+            let device = find(kind.device).unwrap();
+            let name = SimName::parse(kind.port).unwrap().unwrap();
+            let mut sim = SimPort::with(name.peer(&device).unwrap(), device.baud);
+            let clock = sim.clock();
             let mut buffer = [0; 256];
+            sim.set_timeout(Duration::from_millis(1)).unwrap();
+            while clock.now() < kind.boots {
+                let _ = sim.read(&mut buffer);
+            }
+            let (begun, since) = (clock.now(), Instant::now());
+            master.set_timeout(Duration::from_millis(1)).unwrap();
             while !ends.load(Ordering::Relaxed) {
                 match master.read(&mut buffer) {
                     Ok(count) => sim.write_all(&buffer[..count]).unwrap(),
                     Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
                     Err(e) => panic!("the pseudo terminal failed: {e}"),
                 }
-                while clock.now() < since.elapsed() {
+                while clock.now() - begun < since.elapsed() {
                     if let Ok(count) = sim.read(&mut buffer) {
                         // Nobody reads while the program is dead; what does not fit is lost, as on a wire.
                         let _ = master.write(&buffer[..count]);
@@ -90,27 +172,6 @@ impl Random {
     }
 }
 
-/// A drawing: rows of waves, each a stroke, and a dot between them.
-fn job(rows: u32) -> String {
-    let mut text = String::from("G21\nG90\nG17\nG94\nM3 S0\nG4 P0.05\n");
-    let mut stroke = |points: &[DVec2]| {
-        text.push_str(&format!("G0 X{:.3} Y{:.3}\nM3 S1000\nG4 P0.05\n", points[0].x, points[0].y));
-        for (k, point) in points.iter().enumerate().skip(1) {
-            let feed = if k == 1 { " F9000" } else { "" };
-            text.push_str(&format!("G1 X{:.3} Y{:.3}{feed}\n", point.x, point.y));
-        }
-        text.push_str("M3 S0\nG4 P0.05\n");
-    };
-    for row in 0..rows {
-        let y = 5.0 + 6.0 * f64::from(row);
-        let wave = |k: u32| DVec2::new(5.0 + f64::from(k), y + 2.0 * (f64::from(k) * 0.4 + f64::from(row)).sin());
-        stroke(&(0..60).map(wave).collect::<Vec<_>>());
-        stroke(&[DVec2::new(70.0, y)]);
-    }
-    text.push_str("G0 X0 Y0\nM5\n");
-    text
-}
-
 fn penvis(folder: &Path, words: &[&str]) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penvis"));
     command.args(words).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -130,11 +191,11 @@ fn end(mut child: Child) -> (bool, String) {
 }
 
 /// Plots a job on a plotter of its own, kills the program after each of these times, and has it go on.
-fn plot(job: &str, kills: &[Duration], overlap: &str) -> Recording {
+fn plot(kind: Kind, job: &str, kills: &[Duration], overlap: &str) -> Recording {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("job.gcode"), job).unwrap();
-    let plotter = Plotter::switch_on();
-    let begin = ["plot", "job.gcode", "--port", &plotter.path, "--device", "penvis"];
+    fs::write(folder.path().join(kind.file), job).unwrap();
+    let plotter = Plotter::switch_on(kind);
+    let begin = ["plot", kind.file, "--port", &plotter.path, "--device", kind.device];
     let go_on = ["plot", "--resume", "--overlap", overlap, "--port", &plotter.path];
     let mut child = penvis(folder.path(), &begin);
     let mut first = true;
@@ -142,7 +203,7 @@ fn plot(job: &str, kills: &[Duration], overlap: &str) -> Recording {
         thread::sleep(*kill);
         child.kill().unwrap();
         child.wait().unwrap();
-        let journal = folder.path().join("job.gcode.journal");
+        let journal = folder.path().join(format!("{}.journal", kind.file));
         if !journal.exists() && fs::read_dir(folder.path()).unwrap().count() == 1 {
             // It had not begun, or was done before the blow.
             if !first {
@@ -165,7 +226,7 @@ fn plot(job: &str, kills: &[Duration], overlap: &str) -> Recording {
         (done, said) = end(penvis(folder.path(), &[&go_on[..], &["--at-zero"]].concat()));
     }
     assert!(done, "killed after {kills:?}: {said}");
-    assert!(!folder.path().join("job.gcode.journal").exists());
+    assert!(!folder.path().join(format!("{}.journal", kind.file)).exists());
     plotter.switch_off()
 }
 
@@ -188,15 +249,15 @@ fn uncovered(ink: &Recording, other: &Recording) -> Option<DVec2> {
     places.into_iter().find(|&p| others.iter().all(|&segment| to_segment(p, segment) > TOLERANCE_MM))
 }
 
-#[test]
-fn a_killed_plot_goes_on_to_the_same_ink() {
+/// Kills the plots of one kind of plotter as often as is asked for.
+fn kill_and_go_on(kind: Kind) {
     let kills: u32 = env::var("PENVIS_KILLS").ok().and_then(|count| count.parse().ok()).unwrap_or(KILLS);
     let rows = if kills > KILLS { 6 } else { 3 };
-    let (job, lifts) = (job(rows), 2 * rows as usize);
+    let (name, job, lifts) = (kind.port, kind.job(rows), 2 * rows as usize);
     let since = Instant::now();
-    let undisturbed = plot(&job, &[], "0");
+    let undisturbed = plot(kind, &job, &[], "0");
     let took = since.elapsed();
-    println!("undisturbed: {took:?}");
+    println!("{name}: undisturbed: {took:?}");
     assert_eq!((undisturbed.lifts(), undisturbed.lost_bytes), (lifts, 0));
     let mut random = Random(7);
     let (mut left, mut most) = (kills, 0.0_f64);
@@ -205,21 +266,36 @@ fn a_killed_plot_goes_on_to_the_same_ink() {
         left -= count;
         let times: Vec<_> = (0..count).map(|_| took.mul_f64(random.next())).collect();
         let overlap = if random.next() < 0.5 { "0" } else { "1.5" };
-        let ink = plot(&job, &times, overlap);
-        assert_eq!(uncovered(&undisturbed, &ink), None, "left out, killed after {times:?}");
-        assert_eq!(uncovered(&ink, &undisturbed), None, "drawn too much, killed after {times:?}");
+        let ink = plot(kind, &job, &times, overlap);
+        assert_eq!(uncovered(&undisturbed, &ink), None, "{name}: left out, killed after {times:?}");
+        assert_eq!(uncovered(&ink, &undisturbed), None, "{name}: drawn too much, killed after {times:?}");
         assert_eq!(ink.lost_bytes, 0);
         most = most.max(ink.ink_mm() / undisturbed.ink_mm() - 1.0);
-        println!("{count} kills, {left} left: {:.1} of {:.1} mm", ink.ink_mm(), undisturbed.ink_mm());
+        println!("{name}: {count} kills, {left} left: {:.1} of {:.1} mm", ink.ink_mm(), undisturbed.ink_mm());
     }
-    println!("{kills} kills; at most {:.1} % of the ink was drawn twice", 100.0 * most);
+    println!("{name}: {kills} kills; at most {:.1} % of the ink was drawn twice", 100.0 * most);
+}
+
+#[test]
+fn a_killed_plot_goes_on_to_the_same_ink() {
+    kill_and_go_on(FIRMWARE);
+}
+
+#[test]
+fn a_killed_plot_goes_on_to_the_same_ink_on_marlin() {
+    kill_and_go_on(MARLIN);
+}
+
+#[test]
+fn a_killed_plot_goes_on_to_the_same_ink_on_hpgl() {
+    kill_and_go_on(HPGL);
 }
 
 #[test]
 fn a_plot_that_was_broken_off_is_not_begun_anew_by_mistake() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("job.gcode"), job(2)).unwrap();
-    let plotter = Plotter::switch_on();
+    fs::write(folder.path().join("job.gcode"), FIRMWARE.job(2)).unwrap();
+    let plotter = Plotter::switch_on(FIRMWARE);
     let begin = ["plot", "job.gcode", "--port", &plotter.path, "--device", "penvis"];
     let journal = folder.path().join("job.gcode.journal");
     let mut child = penvis(folder.path(), &begin);
