@@ -207,6 +207,10 @@ impl<'a> Follower<'a> {
         let mut feed = None;
         for (letter, value) in words(text) {
             if !value.is_finite() {
+                // `G28 X Y`: a letter by itself names an axis that is homed.
+                if block.elsewhere && matches!(letter, 'X' | 'Y' | 'Z') {
+                    continue;
+                }
                 block.unknown = true;
                 break;
             }

@@ -261,3 +261,15 @@ proptest! {
         prop_assert!(trace.seconds().is_finite() && trace.ink_mm().is_finite() && trace.travel_mm().is_finite());
     }
 }
+
+#[test]
+fn homing_of_some_axes_leaves_the_modes_as_they_are() {
+    let pen = Pen::Servo { index: 0, up: 90, down: 30, raise_s: 0.1, lower_s: 0.1, soft_steps: 1 };
+    let job = Job::new("G21\nG90\nG28 X Y\nG0X1Y2F600\nM280P0S30\nG1X4Y6\nG0 X\nG1X9\n", 79).unwrap();
+    let machine = Machine { dialect: Dialect::Marlin, ..machine(pen) };
+    let followed = follow(&job, &machine, &Modal::default(), Position::UNKNOWN);
+    let steps = &followed.trace.steps;
+    assert_eq!((steps[2].end.x, steps[3].end.x, steps[5].ink_mm), (None, Some(1.0), 5.0));
+    // Where nothing is homed it is no word at all.
+    assert_eq!((steps[6].end.x, steps[7].end.x), (None, None));
+}
