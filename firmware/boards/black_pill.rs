@@ -55,7 +55,7 @@ mod board {
     use stm32f4xx_hal::rcc::{Config, Enable, Reset};
     use stm32f4xx_hal::serial::config::Config as SerialConfig;
     use stm32f4xx_hal::serial::{Rx, RxListen, Serial, Tx, TxListen};
-    use stm32f4xx_hal::timer::{Ch, PwmChannel};
+    use stm32f4xx_hal::timer::PwmChannel;
 
     use super::handover::Handover;
 
@@ -80,6 +80,7 @@ mod board {
     const FOREGROUND_PRIORITY: u8 = 0xf0;
 
     static SHARED: Shared<Motors> = Shared::new();
+
     static RECEIVER: Handover<Rx<pac::USART1>> = Handover::new();
     static SENDER: Handover<Tx<pac::USART1>> = Handover::new();
 

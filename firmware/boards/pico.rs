@@ -88,6 +88,7 @@ mod board {
     type PortPins = (Pin<Gpio0, FunctionUart, PullDown>, Pin<Gpio1, FunctionUart, PullDown>);
 
     static SHARED: Shared<Motors> = Shared::new();
+
     static RECEIVER: Handover<Reader<pac::UART0, PortPins>> = Handover::new();
     static SENDER: Handover<Writer<pac::UART0, PortPins>> = Handover::new();
 

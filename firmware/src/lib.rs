@@ -46,6 +46,12 @@
 //! pull-off of `$27`. Then the travel lies below the origin, as in GRBL; `$22=9` makes home the origin instead. `$21` stops at once when a
 //! switch closes, `$20` refuses targets outside of the travel.
 //!
+//! # Boards
+//!
+//! `boards/` of this package has a binary for each board that it runs on, with wiring, pins and theory of operation at the top of its file; `build.rs` knows their
+//! memories. They need a feature each, `board-pico` for `pico`, and are empty on a host. A new board is a file of the same kind: a timer, a serial port, a [`Hardware`], and four
+//! handlers that call [`Shared`] and [`Foreground`].
+//!
 //! # What is different from GRBL
 //!
 //! There is no probe (G38, `$6`): a pen needs none. Axes home one after the other, and stop with deceleration, so that no step is lost. Soft limits (`$20`)

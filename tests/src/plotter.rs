@@ -9,8 +9,9 @@ use penvis::options::DrawingOptions;
 use penvis::progress::Progress;
 use penvis::protocol::{self, Control, Progress as JobProgress};
 use penvis::sim::{Recording, SimPort};
-use penvis::stream::{self, Observer, StreamError};
+use penvis::stream::{self, Observer, StreamError, WallClock};
 use penvis_firmware::Settings;
+use serialport::SerialPort;
 
 #[derive(Parser)]
 struct Arguments {
@@ -72,6 +73,19 @@ pub fn plot(job: &str, device: &Device) -> Result<Recording, StreamError> {
     let mut conversation = protocol::start(job.as_bytes(), device, device.baud).expect("a job for the device");
     stream::run(&mut port, conversation.protocol.as_mut(), &clock, &mut Nobody)?;
     Ok(port.recording())
+}
+
+/// Streams a job to the plotter at a serial port, to its end by the wall's clock, and tells how far it came.
+///
+/// # Errors
+/// What the streamer says.
+///
+/// # Panics
+/// If the job is not one for the device.
+pub fn plot_at(port: &mut dyn SerialPort, job: &str, device: &Device) -> Result<JobProgress, StreamError> {
+    let mut conversation = protocol::start(job.as_bytes(), device, device.baud).expect("a job for the device");
+    stream::run(port, conversation.protocol.as_mut(), &WallClock::start(), &mut Nobody)?;
+    Ok(conversation.protocol.progress())
 }
 
 /// The ink of a recording as a drawing on the page of the drawing that was plotted.

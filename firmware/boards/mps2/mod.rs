@@ -6,7 +6,7 @@
 //! |---|---|---|---|
 //! | UART0 | 0x4000_4000 | 0 received, 1 sent | GRBL, both ways |
 //! | UART1 | 0x4000_5000 | – | the trace of what the motors and the pen do, see `trace.rs` |
-//! | UART2 | 0x4000_6000 | – | measurements on request, see `monitor.rs` |
+//! | UART2 | 0x4000_6000 | – | measurements and trials on request, see `monitor.rs` |
 //!
 //! There are no motors: neither image has pins that QEMU would show.
 //!
@@ -16,6 +16,7 @@
 //! priorities of `penvis_firmware::Shared`; SysTick pends PendSV each millisecond. The vector table is that of `cortex-m-rt` without a device, in which every interrupt
 //! leads to `DefaultHandler`.
 
+mod bench;
 mod monitor;
 mod registers;
 mod trace;
@@ -42,10 +43,18 @@ const FOREGROUND_PRIORITY: u8 = 0xe0;
 
 static SHARED: Shared<Trace> = Shared::new();
 
+/// Memory for what thread mode computes.
+#[cfg(feature = "heap")]
+pub(crate) const HEAP_BYTES: usize = 1 << 20;
+
+#[cfg(feature = "heap")]
+#[global_allocator]
+pub(crate) static HEAP: crate::heap::Heap<HEAP_BYTES> = crate::heap::Heap::new();
+
 #[entry]
 fn main() -> ! {
     let Some(mut core) = cortex_m::Peripherals::take() else { unreachable!("the processor is taken once") };
-    let stack = monitor::paint_stack();
+    monitor::paint_stack();
     CLOCK.start(u32::MAX, false);
     UART0.start(true);
     UART2.start(false);
@@ -73,8 +82,19 @@ fn main() -> ! {
             NVIC::unmask(irq);
         }
     }
+    #[cfg(feature = "heap")]
+    crate::thread::run(|ended| {
+        monitor::report(&ended);
+        work()
+    });
+    #[cfg(not(feature = "heap"))]
+    work()
+}
+
+/// Thread mode.
+fn work() -> ! {
     loop {
-        monitor::serve(&stack);
+        monitor::serve();
         cortex_m::asm::wfi();
     }
 }
@@ -125,9 +145,11 @@ fn PendSV() {
     }
 }
 
-/// Ends the emulation with a failure, which tests see; a hardware fault does the same.
+/// Ends the emulation with a failure, which tests see; a hardware fault does the same. What panics in thread mode is started again instead.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+    #[cfg(feature = "heap")]
+    crate::thread::abandon(info);
     cortex_m::interrupt::disable();
     cortex_m_semihosting::hprintln!("{info}");
     loop {

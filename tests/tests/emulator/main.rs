@@ -1,22 +1,138 @@
 //! The firmware on emulated boards: built for their processors, run in QEMU, spoken to over serial ports.
 //!
-//! What is needed beside a host's compiler are its bare-metal target and `qemu-system-arm`. Where one is missing the tests say so and pass, unless
-//! `PENVIS_REQUIRE_EMULATOR` is set: then they fail.
+//! What is needed beside a host's compiler are its bare-metal targets, `qemu-system-arm`, and for one test Python. Where something is missing the tests say so and
+//! pass, unless `PENVIS_REQUIRE_EMULATOR` is set: then they fail. The figures of README are what this prints:
+//!
+//! ```text
+//! cargo test -p penvis-tests --test emulator -- --nocapture
+//! ```
+#![cfg(unix)]
 
+mod elf;
 mod qemu;
+mod sender;
+mod trace;
 
-use qemu::{Board, Emulator};
+use std::time::Duration;
+
+use penvis::drawing::Drawing;
+use penvis::emit;
+use penvis::sim::Recording;
+use penvis_firmware::Settings;
+use penvis_tests::ink::Ink;
+use penvis_tests::plotter::{draw, ink, plot_at, simulated};
+
+use qemu::{Board, Emulator, Port};
+
+const BOARDS: [Board; 2] = [Board::Mps2An386, Board::Mps2An500];
+
+/// Allowed besides the length of a step, in mm.
+const DEVIATION: f64 = 0.01;
+
+/// Ticks of the emulated boards' step timer.
+const TICKS_PER_US: f64 = 25.0;
+
+/// Flash that a board may take without the core, bytes.
+const FLASH_MAX: u64 = 256 * 1024;
+
+/// What the board has done so far.
+fn recording(emulator: &Emulator) -> Recording {
+    let [x, y, _] = Settings::default().steps_per_mm();
+    trace::recording(&emulator.trace(), [1.0 / x, 1.0 / y], TICKS_PER_US).expect("a trace")
+}
+
+/// Everything drawn is in the drawing, and all of the drawing is drawn, within a step and [`DEVIATION`]; in the end the pen is up at the origin.
+fn is_faithful(drawing: &Drawing, recording: &Recording) {
+    let drawn = ink(recording, drawing, &simulated());
+    let (wanted, got) = (Ink::new(drawing), Ink::new(&drawn));
+    let one_way = |a: &Ink, b: &Ink| a.farthest_from(b).expect("there is ink").0;
+    let off = one_way(&wanted, &got).max(one_way(&got, &wanted));
+    let [x, y, _] = Settings::default().steps_per_mm();
+    println!(
+        "{:.0} mm of ink in {:.0} s of the board's time, {:?} steps, {} strokes, largest deviation {off:.4} mm",
+        wanted.length_mm(),
+        recording.duration_s,
+        recording.steps,
+        recording.lifts()
+    );
+    assert!(off <= 1.0 / x.min(y) + DEVIATION, "{off:.4} mm off");
+    assert_eq!(recording.position, [0; 3]);
+    assert!(!recording.traces.last().expect("traces").pen_down);
+}
 
 /// Boots, introduces itself, and says which firmware it is.
 #[test]
 fn boards_boot_and_answer() {
-    for board in [Board::Mps2An386, Board::Mps2An500] {
-        let Some(mut emulator) = Emulator::boot(board) else { return };
-        assert_eq!(emulator.read_line(), "");
-        assert_eq!(emulator.read_line(), "Grbl 1.1h ['$' for help]");
-        emulator.send(b"$I\n");
-        assert_eq!(emulator.read_line(), "[VER:1.1h.penvis:]");
-        assert!(emulator.read_line().starts_with("[OPT:"));
-        assert_eq!(emulator.read_line(), "ok");
+    for board in BOARDS {
+        let Some(mut emulator) = Emulator::boot(board, Port::Line) else { return };
+        assert_eq!(emulator.line().read(), "");
+        assert_eq!(emulator.line().read(), "Grbl 1.1h ['$' for help]");
+        let answer = emulator.line().ask("$I");
+        assert!(answer[0].starts_with("[VER:1.1h.penvis:") && answer[1].starts_with("[OPT:"), "{answer:?}");
+        assert_eq!(answer[2], "ok");
+    }
+}
+
+/// The host's own sender, over a serial port of the system's, to the processor's own step pulses.
+#[test]
+fn the_teapot_is_streamed() {
+    let Some(mut emulator) = Emulator::boot(Board::Mps2An386, Port::Terminal) else { return };
+    let device = simulated();
+    let drawing = draw(&["teapot"]).drawing;
+    let job = emit::gcode(&drawing, &device).expect("G-code");
+    let mut port = serialport::new(emulator.terminal(), device.baud)
+        .timeout(Duration::from_millis(100))
+        .open()
+        .expect("QEMU's terminal opens");
+    let progress = plot_at(port.as_mut(), &job, &device).expect("plotted to the end");
+    assert_eq!((progress.acknowledged, progress.executed), (progress.total, progress.total));
+    println!("{} lines, each acknowledged; {}", progress.total, emulator.measure(b's'));
+    is_faithful(&drawing, &recording(&emulator));
+}
+
+/// A sender that nobody here has written: grbl-streamer, from the Python package index.
+#[test]
+fn a_published_sender_streams_a_file() {
+    let Some(emulator) = Emulator::boot(Board::Mps2An386, Port::Terminal) else { return };
+    let Some(python) = sender::python() else { return };
+    let drawing = draw(&["pawn"]).drawing;
+    let job = emit::gcode(&drawing, &simulated()).expect("G-code");
+    println!("{}", sender::stream(&python, emulator.terminal(), &job));
+    is_faithful(&drawing, &recording(&emulator));
+}
+
+/// Thread mode runs out of memory, and the machine goes on living.
+#[test]
+fn out_of_memory_ends_only_what_asked_for_it() {
+    for board in BOARDS {
+        let Some(mut emulator) = Emulator::boot(board, Port::Line) else { return };
+        emulator.line().ask("G1 X20 Y10 F1200");
+        for _ in 0..3 {
+            let said = emulator.measure(b'm');
+            assert!(said.starts_with("out of memory: 1000 more bytes were needed, with "), "{said}");
+        }
+        while !emulator.line().ask("?")[0].starts_with("<Idle|MPos:20.000,10.000,0.000|") {}
+        assert_eq!(recording(&emulator).position, [1600, 800, 0]);
+        println!("{}: {}, {}", board.name(), emulator.measure(b'h'), emulator.measure(b's'));
+    }
+}
+
+/// Images are small enough for the boards, and for what is still to come.
+#[test]
+fn images_fit_into_flash() {
+    for board in ["mps2-an386", "mps2-an500", "pico", "black-pill"] {
+        let Some(image) = qemu::image(board) else { return };
+        let size = elf::size(&std::fs::read(image).expect("an image"));
+        println!("{board}: {} bytes of flash, {} of RAM before the heap and the stack", size.flash, size.ram);
+        assert!(size.flash <= FLASH_MAX, "{board}: {} bytes of flash", size.flash);
+    }
+}
+
+/// What a step costs.
+#[test]
+fn the_step_interrupt_is_short() {
+    for board in BOARDS {
+        let Some(mut emulator) = Emulator::boot(board, Port::Line) else { return };
+        println!("{}: {}", board.name(), emulator.measure(b't'));
     }
 }

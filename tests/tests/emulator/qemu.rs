@@ -5,11 +5,16 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
-/// Longest time that anything may take to boot or to answer.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Longest time that a board may take to boot or to answer.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Longest time that a board is left running.
+const LIFE: Duration = Duration::from_secs(1500);
 
 /// An emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +27,7 @@ pub(crate) enum Board {
 
 impl Board {
     /// Its name, in QEMU and in the firmware.
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Mps2An386 => "mps2-an386",
             Self::Mps2An500 => "mps2-an500",
@@ -30,116 +35,199 @@ impl Board {
     }
 }
 
-/// The image of `board`, built now if it is out of date; or why it cannot be built here.
-fn image(board: Board) -> Result<PathBuf, String> {
-    // Cargo would have them wait for one another anyway, without the output's being in order.
+/// Ends the test that needs `what` was not to be had, for `reason`: with a word if that is allowed, else with a failure.
+///
+/// # Panics
+/// Where it is not possible although `PENVIS_REQUIRE_EMULATOR` is set.
+pub(crate) fn skip(what: &str, reason: &str) {
+    assert!(env::var_os("PENVIS_REQUIRE_EMULATOR").is_none(), "no {what}: {reason}");
+    eprintln!("skipped, no {what}: {reason}");
+}
+
+/// The image of a board, built now if it is out of date; `None`, with a word about it, where it cannot be built.
+pub(crate) fn image(name: &str) -> Option<PathBuf> {
+    // Cargo would have them wait for one another anyway.
     static BUILDING: Mutex<()> = Mutex::new(());
-    let _one = BUILDING.lock().unwrap();
+    let _one = BUILDING.lock();
 
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.ci/firmware");
     let built = Command::new(&script)
-        .arg(board.name())
+        .arg(name)
         // Set for this test by the cargo that runs it.
         .env_remove("CARGO_TARGET_DIR")
         .output()
-        .map_err(|e| format!("{} cannot be run: {e}", script.display()))?;
+        .unwrap_or_else(|e| panic!("{}: {e}", script.display()));
     let complaint = String::from_utf8_lossy(&built.stderr).into_owned();
     match built.status.code() {
         Some(0) => {
-            let said = String::from_utf8(built.stdout).unwrap();
-            Ok(PathBuf::from(said.trim().split_once(' ').unwrap().1))
+            let said = String::from_utf8(built.stdout).expect("a path of this project");
+            let (_, path) = said.trim().split_once(' ').expect("a board and its image");
+            Some(PathBuf::from(path))
         }
-        Some(3) => Err(complaint.trim().to_owned()),
-        _ => panic!("the firmware of {} does not build:\n{complaint}", board.name()),
+        Some(3) => {
+            skip("firmware", complaint.trim());
+            None
+        }
+        _ => panic!("the firmware of {name} does not build:\n{complaint}"),
     }
 }
 
-/// A board that runs.
-pub(crate) struct Emulator {
-    child: Child,
-    /// Holds the sockets and the trace.
-    _folder: tempfile::TempDir,
-    port: BufReader<UnixStream>,
-}
+/// A line from a board, or to it.
+pub(crate) struct Line(BufReader<UnixStream>);
 
-impl Emulator {
-    /// Switches `board` on, with this program at its port; `None`, with a word about it, where that is not possible.
-    ///
-    /// # Panics
-    /// Where it is not possible although `PENVIS_REQUIRE_EMULATOR` is set.
-    pub(crate) fn boot(board: Board) -> Option<Self> {
-        match Self::try_boot(board) {
-            Ok(emulator) => Some(emulator),
-            Err(reason) => {
-                assert!(env::var_os("PENVIS_REQUIRE_EMULATOR").is_none(), "no emulated board: {reason}");
-                eprintln!("skipped, no emulated board: {reason}");
-                None
-            }
-        }
-    }
-
-    fn try_boot(board: Board) -> Result<Self, String> {
-        let image = image(board)?;
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name).display().to_string();
-        let mut child = Command::new("qemu-system-arm")
-            .args(["-M", board.name(), "-display", "none", "-monitor", "none", "-semihosting"])
-            // A count of instructions is the time, and nobody waits for it to pass.
-            .args(["-icount", "shift=5,sleep=off"])
-            // The board starts when this program has opened the port, so that nothing it says is lost.
-            .args(["-chardev", &format!("socket,id=port,path={},server=on,wait=on", at("port"))])
-            .args(["-serial", "chardev:port"])
-            .args(["-serial", &format!("file:{}", at("trace"))])
-            .args(["-serial", "null"])
-            .arg("-kernel")
-            .arg(image)
-            .stdin(Stdio::null())
-            .stdout(fs::File::create(at("output")).unwrap())
-            .stderr(fs::File::create(at("errors")).unwrap())
-            .spawn()
-            .map_err(|e| match e.kind() {
-                ErrorKind::NotFound => {
-                    "there is no qemu-system-arm: install it (Debian: apt-get install qemu-system-arm)".to_owned()
-                }
-                _ => format!("qemu-system-arm cannot be run: {e}"),
-            })?;
-        let deadline = Instant::now() + PATIENCE;
-        let port = loop {
-            match UnixStream::connect(at("port")) {
-                Ok(port) => break port,
-                Err(e) => {
-                    let ended = child.try_wait().unwrap();
-                    if ended.is_some() || Instant::now() > deadline {
-                        let _ = child.kill();
-                        panic!("QEMU offers no port ({e}): {}", fs::read_to_string(at("errors")).unwrap());
-                    }
-                    thread::sleep(Duration::from_millis(20));
-                }
-            }
-        };
-        port.set_read_timeout(Some(PATIENCE)).unwrap();
-        Ok(Self { child, _folder: folder, port: BufReader::new(port) })
+impl Line {
+    fn connect(path: &Path) -> std::io::Result<Self> {
+        let stream = UnixStream::connect(path)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        Ok(Self(BufReader::new(stream)))
     }
 
     /// Sends `bytes`.
     pub(crate) fn send(&mut self, bytes: &[u8]) {
-        self.port.get_mut().write_all(bytes).unwrap();
+        self.0.get_mut().write_all(bytes).expect("the board listens");
     }
 
     /// The next line it says, without its end.
-    pub(crate) fn read_line(&mut self) -> String {
+    pub(crate) fn read(&mut self) -> String {
         let mut line = Vec::new();
-        self.port.read_until(b'\n', &mut line).expect("an answer in time");
-        assert!(line.ends_with(b"\r\n"), "a whole line: {:?}", String::from_utf8_lossy(&line));
-        line.truncate(line.len() - 2);
-        String::from_utf8(line).unwrap()
+        self.0.read_until(b'\n', &mut line).expect("an answer in time");
+        let Some(b'\n') = line.pop() else { panic!("the board has ended: {}", String::from_utf8_lossy(&line)) };
+        String::from_utf8(line).expect("text").trim_end_matches('\r').to_owned()
     }
+
+    /// Sends `request` and returns the lines up to `ok` or an error, this included.
+    pub(crate) fn ask(&mut self, request: &str) -> Vec<String> {
+        self.send(format!("{request}\n").as_bytes());
+        let mut answer = Vec::new();
+        loop {
+            answer.push(self.read());
+            if answer.last().is_some_and(|line| line == "ok" || line.starts_with("error:")) {
+                return answer;
+            }
+        }
+    }
+}
+
+/// How the board's port is offered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Port {
+    /// To this program: the board starts when it is connected, so that nothing it says is lost.
+    Line,
+    /// As a pseudo terminal, for programs that open serial ports. The board starts at once.
+    Terminal,
+}
+
+/// A board that runs.
+pub(crate) struct Emulator {
+    folder: tempfile::TempDir,
+    terminal: Option<PathBuf>,
+    line: Option<Line>,
+    monitor: Option<Line>,
+    ender: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+impl Emulator {
+    /// Switches `board` on; `None`, with a word about it, where that is not possible.
+    ///
+    /// # Panics
+    /// Where it is not possible although `PENVIS_REQUIRE_EMULATOR` is set.
+    pub(crate) fn boot(board: Board, port: Port) -> Option<Self> {
+        let image = image(board.name())?;
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        let socket = |id: &str, wait| format!("socket,id={id},path={},server=on,wait={wait}", at(id).display());
+        let port_device = match port {
+            Port::Line => socket("port", "on"),
+            Port::Terminal => "pty,id=port".to_owned(),
+        };
+        let spawned = Command::new("qemu-system-arm")
+            .args(["-M", board.name(), "-display", "none", "-monitor", "none", "-semihosting"])
+            // A count of instructions is the time, and nobody waits for it to pass.
+            .args(["-icount", "shift=5,sleep=off"])
+            .args(["-chardev", &socket("monitor", "off")])
+            .args(["-chardev", &format!("file,id=trace,path={}", at("trace").display())])
+            .args(["-chardev", &port_device])
+            .args(["-serial", "chardev:port", "-serial", "chardev:trace", "-serial", "chardev:monitor"])
+            .arg("-kernel")
+            .arg(image)
+            .stdin(Stdio::null())
+            .stdout(fs::File::create(at("output")).expect("a file"))
+            .stderr(fs::File::create(at("errors")).expect("a file"))
+            .spawn();
+        let mut child = match spawned {
+            Ok(child) => child,
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                skip("emulator", "install qemu-system-arm (Debian: apt-get install qemu-system-arm)");
+                return None;
+            }
+            Err(e) => panic!("qemu-system-arm: {e}"),
+        };
+        let said = || ["output", "errors"].map(|name| fs::read_to_string(at(name)).unwrap_or_default()).concat();
+        let terminal = |said: String| {
+            let (_, rest) = said.split_once("redirected to ")?;
+            Some(PathBuf::from(rest.split_once(' ')?.0))
+        };
+        let deadline = Instant::now() + PATIENCE;
+        let (line, terminal) = loop {
+            let line = (port == Port::Line).then(|| Line::connect(&at("port")).ok()).flatten();
+            let terminal = (port == Port::Terminal).then(|| terminal(said())).flatten();
+            if line.is_some() || terminal.is_some() {
+                break (line, terminal);
+            }
+            let ended = child.try_wait().expect("a child");
+            if ended.is_some() || Instant::now() > deadline {
+                let _ = child.kill();
+                panic!("QEMU offers no port: {}", said());
+            }
+            thread::sleep(Duration::from_millis(20));
+        };
+        let monitor = Line::connect(&at("monitor")).ok();
+        Some(Self { folder, terminal, line, monitor, ender: Some(ends(child)) })
+    }
+
+    /// The board's port, of [`Port::Line`].
+    pub(crate) fn line(&mut self) -> &mut Line {
+        self.line.as_mut().expect("a board booted with Port::Line")
+    }
+
+    /// The path of the board's port, of [`Port::Terminal`].
+    pub(crate) fn terminal(&self) -> &str {
+        let path = self.terminal.as_deref().expect("a board booted with Port::Terminal");
+        path.to_str().expect("a path of QEMU's")
+    }
+
+    /// The answer of the board's monitor to a request of one byte.
+    pub(crate) fn measure(&mut self, request: u8) -> String {
+        let monitor = self.monitor.as_mut().expect("QEMU's second socket");
+        monitor.send(&[request]);
+        monitor.read()
+    }
+
+    /// What the board has traced so far.
+    pub(crate) fn trace(&self) -> Vec<u8> {
+        fs::read(self.folder.path().join("trace")).expect("QEMU's file")
+    }
+}
+
+/// A thread that ends `child` when it is told to, or when its time is over: whoever waits for it then sees that it is gone.
+fn ends(mut child: Child) -> (Sender<()>, JoinHandle<()>) {
+    let (sender, receiver) = mpsc::channel();
+    let thread = thread::spawn(move || {
+        if let Err(RecvTimeoutError::Timeout) = receiver.recv_timeout(LIFE) {
+            eprintln!("the emulated board has run for {LIFE:?}, and is ended");
+        }
+        // It may have ended by itself.
+        let _ = child.kill();
+        let _ = child.wait();
+    });
+    (sender, thread)
 }
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // It may have ended by itself; nothing else can be done about it here.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        if let Some((sender, thread)) = self.ender.take() {
+            drop(sender);
+            let _ = thread.join();
+        }
     }
 }
