@@ -301,15 +301,13 @@ mod board {
                 SHARED.receive(byte);
             }
         }
-        // Whether it was this or the sender that called: the foreground has it listen again.
-        critical_section::with(|_| {
-            #[allow(unsafe_code, reason = "the control register is shared with the sending half")]
-            // SAFETY: the other one to change it is the foreground, which this interrupts at a lower priority: in between its read and its write that would be undone, but only
-            // to listen once more than needed.
-            unsafe {
-                (*pac::USART1::ptr()).cr1().modify(|_, w| w.txeie().disabled());
-            }
-        });
+        // Whether it was this or the sender that called: the foreground has the sender call again when it has given it a byte.
+        #[allow(unsafe_code, reason = "the control register is shared with the sending half")]
+        // SAFETY: the foreground changes it too, and may be in between its read and its write now; all it does is to set the bit that is cleared here, which makes for one
+        // call more than needed.
+        unsafe {
+            (*pac::USART1::ptr()).cr1().modify(|_, w| w.txeie().disabled());
+        }
         SCB::set_pendsv();
     }
 
@@ -336,11 +334,16 @@ mod board {
         }
     }
 
-    /// Motors released, pen as it is: the servo's PWM goes on by itself. The watchdog is not used, since a machine that has lost its place must not go on.
+    /// Pen up, motors released. The watchdog is not used, since a machine that has lost its place must not go on.
     #[panic_handler]
     fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
         cortex_m::interrupt::disable();
         drive(ENABLE);
+        #[allow(unsafe_code, reason = "whoever owned the servo will not run any more")]
+        // SAFETY: the register exists, and every width is valid.
+        unsafe {
+            (*pac::TIM4::ptr()).ccr1().write(|w| w.ccr().bits(Servo::default().rest_us));
+        }
         loop {
             cortex_m::asm::wfi();
         }

@@ -27,7 +27,8 @@
 //! rustup target add thumbv6m-none-eabi
 //! cargo build --profile firmware -p penvis-firmware --bin pico --features board-pico --target thumbv6m-none-eabi
 //! probe-rs download --chip RP2040 target/thumbv6m-none-eabi/firmware/pico       # by a debug probe, or:
-//! picotool load -x -t elf target/thumbv6m-none-eabi/firmware/pico               # by USB, plugged in with BOOTSEL held
+//! picotool load -x -t elf target/thumbv6m-none-eabi/firmware/pico               # by USB, plugged in with BOOTSEL held, or:
+//! cargo run -p penvis-firmware --example uf2 -- target/thumbv6m-none-eabi/firmware/pico pico.uf2     # and copied to the drive that it then is
 //! ```
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -78,6 +79,7 @@ mod board {
     /// Counts of the servo's PWM in a µs.
     const SERVO_HZ: u32 = 1_000_000;
     const SERVO_DIVIDER: u8 = 125;
+    const SERVO_SLICE: usize = 7;
 
     /// What the ROM loads first: it sets up the flash.
     #[unsafe(link_section = ".boot2")]
@@ -310,11 +312,16 @@ mod board {
         }
     }
 
-    /// Motors released, pen as it is: the servo's PWM goes on by itself. The watchdog is not used, since a machine that has lost its place must not go on.
+    /// Pen up, motors released. The watchdog is not used, since a machine that has lost its place must not go on.
     #[panic_handler]
     fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
         cortex_m::interrupt::disable();
         set(ENABLE);
+        #[allow(unsafe_code, reason = "whoever owned the servo will not run any more")]
+        // SAFETY: the register exists, and every width is valid.
+        unsafe {
+            (*pac::PWM::ptr()).ch(SERVO_SLICE).cc().write(|w| w.a().bits(Servo::default().rest_us));
+        }
         loop {
             cortex_m::asm::wfi();
         }
