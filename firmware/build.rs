@@ -14,11 +14,12 @@ fn memory(board: &str) -> Option<&'static str> {
 }
 "
         }
-        // The ROM loads the first 256 bytes, which set up the flash for the rest. RAM is the four striped banks and the two small ones after them.
+        // The ROM loads the first 256 bytes, which set up the flash for the rest. The last 8 KB of flash hold the settings.
+        // RAM is the four striped banks and the two small ones after them.
         "PICO" => {
             "MEMORY {
     BOOT2 : ORIGIN = 0x10000000, LENGTH = 0x100
-    FLASH : ORIGIN = 0x10000100, LENGTH = 2048K - 0x100
+    FLASH : ORIGIN = 0x10000100, LENGTH = 2048K - 0x100 - 8K
     RAM   : ORIGIN = 0x20000000, LENGTH = 264K
 }
 SECTIONS {
@@ -26,11 +27,13 @@ SECTIONS {
 } INSERT BEFORE .text;
 "
         }
+        // The vectors have the first sector, of 16 KB; the next two hold the settings.
         "BLACK_PILL" => {
             "MEMORY {
     FLASH : ORIGIN = 0x08000000, LENGTH = 512K
     RAM   : ORIGIN = 0x20000000, LENGTH = 128K
 }
+_stext = ORIGIN(FLASH) + 48K;
 "
         }
         _ => return None,

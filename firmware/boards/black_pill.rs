@@ -20,13 +20,17 @@
 //! to the set-and-reset register of port B, which the eight sets of axes have their words for. USART1 interrupts for each byte received, and, while something is being sent, when it can take the
 //! next. TIM4 makes the servo's pulses. Priorities are those of `penvis_firmware::Shared`.
 //!
+//! Settings are kept in the second and third sector of the flash, 16 KB each, which the program leaves out. While they are written, which takes up to a second, nothing else happens,
+//! and bytes that arrive are lost: senders wait for `ok` after a setting, as with every GRBL.
+//!
 //! # Build and flash
 //!
 //! ```text
 //! rustup target add thumbv7em-none-eabihf
 //! cargo build --profile firmware -p penvis-firmware --bin black-pill --features board-black-pill --target thumbv7em-none-eabihf
 //! probe-rs download --chip STM32F411CEUx target/thumbv7em-none-eabihf/firmware/black-pill       # by a debug probe, or by USB,
-//! llvm-objcopy -O binary target/thumbv7em-none-eabihf/firmware/black-pill black-pill.bin        # plugged in with BOOT0 held:
+//! llvm-objcopy -O binary --gap-fill 0xff target/thumbv7em-none-eabihf/firmware/black-pill black-pill.bin
+//! # plugged in with BOOT0 held; this forgets the settings:
 //! dfu-util -d 0483:df11 -a 0 -s 0x08000000:leave -D black-pill.bin
 //! ```
 #![cfg_attr(target_os = "none", no_std, no_main)]
@@ -49,6 +53,7 @@ mod board {
     use embedded_hal::pwm::SetDutyCycle;
     use embedded_io::{ErrorType, Write, WriteReady};
     use penvis_firmware::{Axes, Cadence, Foreground, Hardware, Pen, Servo, Settings, Shared, Wiring};
+    use stm32f4xx_hal::flash::LockedFlash;
     use stm32f4xx_hal::gpio::PinState;
     use stm32f4xx_hal::pac::{self, interrupt};
     use stm32f4xx_hal::prelude::*;
@@ -58,6 +63,7 @@ mod board {
     use stm32f4xx_hal::timer::PwmChannel;
 
     use super::handover::Handover;
+    use super::storage::Storage;
 
     const CRYSTAL_MHZ: u32 = 25;
     const CLOCK_MHZ: u32 = 96;
@@ -83,6 +89,7 @@ mod board {
 
     static RECEIVER: Handover<Rx<pac::USART1>> = Handover::new();
     static SENDER: Handover<Tx<pac::USART1>> = Handover::new();
+    static FLASH: Handover<LockedFlash> = Handover::new();
 
     #[entry]
     fn main() -> ! {
@@ -103,6 +110,7 @@ mod board {
         receiver.listen();
         RECEIVER.give(receiver);
         SENDER.give(sender);
+        FLASH.give(LockedFlash::new(board.FLASH));
 
         // From now on all of these pins are driven by their common registers.
         b.pb12.into_push_pull_output_in_state(PinState::Low);
@@ -318,16 +326,17 @@ mod board {
 
     #[exception]
     fn PendSV() {
-        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS>> = None;
+        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS, Storage>> = None;
         static mut PORT: Option<Sender> = None;
 
         if PORT.is_none() {
-            let mut sender = None;
-            SENDER.owned(&mut sender);
-            *PORT = sender.map(Sender);
+            *PORT = SENDER.take().map(Sender);
         }
-        let Some(port) = PORT else { return };
-        let foreground = FOREGROUND.get_or_insert_with(|| Foreground::new(&SHARED, Settings::default()));
+        if FOREGROUND.is_none() {
+            *FOREGROUND =
+                FLASH.take().map(|flash| Foreground::with_storage(&SHARED, Settings::default(), Storage(flash)));
+        }
+        let (Some(port), Some(foreground)) = (PORT, FOREGROUND) else { return };
         let Ok(more) = foreground.turn(port);
         if more {
             SCB::set_pendsv();
@@ -346,6 +355,61 @@ mod board {
         }
         loop {
             cortex_m::asm::wfi();
+        }
+    }
+}
+
+/// Two sectors of the flash as storage.
+#[cfg(target_os = "none")]
+mod storage {
+    use embedded_storage::nor_flash::{
+        ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+    };
+    use stm32f4xx_hal::flash::{FlashExt, LockedFlash};
+
+    /// The sectors' numbers and place: the linker's script has the program begin after them.
+    const SECTORS: [u8; 2] = [1, 2];
+    const SECTOR: u32 = 16 * 1024;
+    const OFFSET: u32 = SECTOR;
+
+    /// The two sectors.
+    pub(crate) struct Storage(pub(crate) LockedFlash);
+
+    impl ErrorType for Storage {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for Storage {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            check_read(self, offset, bytes.len())?;
+            ReadNorFlash::read(&mut self.0, OFFSET + offset, bytes).map_err(|_| NorFlashErrorKind::Other)
+        }
+
+        fn capacity(&self) -> usize {
+            SECTORS.len() * SECTOR as usize
+        }
+    }
+
+    impl NorFlash for Storage {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = SECTOR as usize;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            check_erase(self, from, to)?;
+            for (sector, start) in SECTORS.into_iter().zip((0..).step_by(SECTOR as usize)) {
+                if (from..to).contains(&start) {
+                    self.0.unlocked().erase(sector).map_err(|_| NorFlashErrorKind::Other)?;
+                }
+            }
+            Ok(())
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            check_write(self, offset, bytes.len())?;
+            let place = (OFFSET + offset) as usize;
+            self.0.unlocked().program(place, bytes.iter()).map_err(|_| NorFlashErrorKind::Other)
         }
     }
 }

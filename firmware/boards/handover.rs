@@ -16,10 +16,15 @@ impl<T> Handover<T> {
         critical_section::with(|cs| self.0.borrow(cs).set(Some(thing)));
     }
 
+    /// What was given, once.
+    pub(crate) fn take(&self) -> Option<T> {
+        critical_section::with(|cs| self.0.borrow(cs).take())
+    }
+
     /// `owned`, after having taken there what was given. `None` if nothing has been.
     pub(crate) fn owned<'a>(&self, owned: &'a mut Option<T>) -> Option<&'a mut T> {
         if owned.is_none() {
-            *owned = critical_section::with(|cs| self.0.borrow(cs).take());
+            *owned = self.take();
         }
         owned.as_mut()
     }

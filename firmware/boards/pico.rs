@@ -21,6 +21,9 @@
 //! set or clear register of the pins, which the eight sets of axes have their words for. UART0 interrupts when its FIFO has bytes; what is to be sent goes out in pieces of its
 //! 32 bytes, a millisecond apart at most. Priorities are those of `penvis_firmware::Shared`. The second processor sleeps.
 //!
+//! Settings are kept in the last 8 KB of the 2 MB of flash. While they are written, which takes some tenths of a second, nothing else happens, and bytes that arrive are lost: senders
+//! wait for `ok` after a setting, as with every GRBL.
+//!
 //! # Build and flash
 //!
 //! ```text
@@ -58,6 +61,7 @@ mod board {
     use rp2040_hal::{Sio, Watchdog};
 
     use super::handover::Handover;
+    use super::storage::Storage;
 
     const CRYSTAL_HZ: u32 = 12_000_000;
     const BAUD: u32 = 115_200;
@@ -301,11 +305,12 @@ mod board {
 
     #[exception]
     fn PendSV() {
-        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS>> = None;
+        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS, Storage>> = None;
         static mut PORT: Option<Writer<pac::UART0, PortPins>> = None;
 
         let Some(port) = SENDER.owned(PORT) else { return };
-        let foreground = FOREGROUND.get_or_insert_with(|| Foreground::new(&SHARED, Settings::default()));
+        let foreground =
+            FOREGROUND.get_or_insert_with(|| Foreground::with_storage(&SHARED, Settings::default(), Storage));
         let Ok(more) = foreground.turn(port);
         if more {
             SCB::set_pendsv();
@@ -324,6 +329,137 @@ mod board {
         }
         loop {
             cortex_m::asm::wfi();
+        }
+    }
+}
+
+/// The end of the flash as storage.
+#[cfg(target_os = "none")]
+mod storage {
+    #![allow(unsafe_code, reason = "flash is programmed by functions of the ROM while nothing else may read it")]
+
+    use core::mem::transmute;
+
+    use embedded_storage::nor_flash::{
+        ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+    };
+    use rp2040_hal::rom_data;
+
+    /// Where flash can be read, and how much of it there is.
+    const FLASH: usize = 0x1000_0000;
+    const FLASH_BYTES: u32 = 2 << 20;
+
+    /// Two slots of a sector each.
+    const BYTES: u32 = 2 * SECTOR;
+    const SECTOR: u32 = 4096;
+    const PAGE: usize = 256;
+    const OFFSET: u32 = FLASH_BYTES - BYTES;
+
+    /// Erases 64 KB at once, where there are as many.
+    const BLOCK_BYTES: u32 = 1 << 16;
+    const BLOCK_ERASE: u8 = 0xd8;
+
+    /// The second stage's length in words.
+    const BOOT2_WORDS: usize = 64;
+
+    /// The sectors at the end of the flash.
+    #[derive(Debug)]
+    pub(crate) struct Storage;
+
+    impl ErrorType for Storage {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for Storage {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            check_read(self, offset, bytes.len())?;
+            let from = (FLASH + (OFFSET + offset) as usize) as *const u8;
+            for (k, byte) in bytes.iter_mut().enumerate() {
+                // SAFETY: within the flash, which is memory to read. Volatile, since it changes behind the compiler's back.
+                *byte = unsafe { from.add(k).read_volatile() };
+            }
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            BYTES as usize
+        }
+    }
+
+    impl NorFlash for Storage {
+        const WRITE_SIZE: usize = PAGE;
+        const ERASE_SIZE: usize = SECTOR as usize;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            check_erase(self, from, to)?;
+            change(&Change::Erase { offset: OFFSET + from, bytes: (to - from) as usize });
+            Ok(())
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            check_write(self, offset, bytes.len())?;
+            for (offset, bytes) in (OFFSET + offset..).step_by(PAGE).zip(bytes.chunks_exact(PAGE)) {
+                // A copy, which certainly does not lie in flash.
+                let mut page = [0; PAGE];
+                page.copy_from_slice(bytes);
+                change(&Change::Program { offset, page: &page });
+            }
+            Ok(())
+        }
+    }
+
+    enum Change<'a> {
+        Erase { offset: u32, bytes: usize },
+        Program { offset: u32, page: &'a [u8; PAGE] },
+    }
+
+    /// Functions of the ROM, looked up while flash can still be read.
+    struct Rom {
+        connect: unsafe extern "C" fn(),
+        leave_reading: unsafe extern "C" fn(),
+        erase: unsafe extern "C" fn(u32, usize, u32, u8),
+        program: unsafe extern "C" fn(u32, *const u8, usize),
+        flush_cache: unsafe extern "C" fn(),
+    }
+
+    fn change(what: &Change<'_>) {
+        let rom = Rom {
+            connect: rom_data::connect_internal_flash::ptr(),
+            leave_reading: rom_data::flash_exit_xip::ptr(),
+            erase: rom_data::flash_range_erase::ptr(),
+            program: rom_data::flash_range_program::ptr(),
+            flush_cache: rom_data::flash_flush_cache::ptr(),
+        };
+        let mut boot2 = [0; BOOT2_WORDS];
+        for (k, word) in boot2.iter_mut().enumerate() {
+            // SAFETY: the first 256 bytes of flash are the second stage.
+            *word = unsafe { (FLASH as *const u32).add(k).read_volatile() };
+        }
+        // SAFETY: no interrupt comes now, the second processor sleeps in its ROM and nothing uses DMA, so that nothing reads flash; the offsets have been checked.
+        critical_section::with(|_| unsafe { change_unread(what, &rom, &boot2) });
+    }
+
+    /// Does it, and has the second stage make flash readable again, by a copy of it.
+    ///
+    /// # Safety
+    /// Nothing else reads flash meanwhile, the offsets are within the storage, and `boot2` is the second stage.
+    #[inline(never)]
+    #[unsafe(link_section = ".data.change_unread")]
+    unsafe fn change_unread(what: &Change<'_>, rom: &Rom, boot2: &[u32; BOOT2_WORDS]) {
+        // SAFETY: this is the order of the data sheet (RP2040, 2.8.3.1.3), and this function lies in RAM. The second stage is Thumb code that does not depend on its place and
+        // returns to whoever calls it.
+        unsafe {
+            (rom.connect)();
+            (rom.leave_reading)();
+            match what {
+                Change::Erase { offset, bytes } => (rom.erase)(*offset, *bytes, BLOCK_BYTES, BLOCK_ERASE),
+                Change::Program { offset, page } => (rom.program)(*offset, page.as_ptr(), PAGE),
+            }
+            (rom.flush_cache)();
+            let read_again: extern "C" fn() = transmute(boot2.as_ptr().cast::<u8>().wrapping_add(1));
+            read_again();
         }
     }
 }
