@@ -55,6 +55,7 @@ mod board {
     use penvis_firmware::{Axes, Cadence, Foreground, Hardware, Pen, Servo, Settings, Shared, Wiring};
     use stm32f4xx_hal::flash::LockedFlash;
     use stm32f4xx_hal::gpio::PinState;
+    use stm32f4xx_hal::nb;
     use stm32f4xx_hal::pac::{self, interrupt};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::rcc::{Config, Enable, Reset};
@@ -303,10 +304,13 @@ mod board {
         static mut PORT: Option<Rx<pac::USART1>> = None;
 
         let Some(port) = RECEIVER.owned(PORT) else { return };
-        // A byte with an error of framing, or the one after an overrun, is no byte; the line it belonged to will not make sense, and be refused.
-        while port.is_rx_not_empty() {
-            if let Ok(byte) = port.read() {
-                SHARED.receive(byte);
+        // A byte with an error of framing, or the one after an overrun, is no byte; the line it belonged to will not make sense, and be refused. An error must be read
+        // even if there is no byte with it, or it goes on calling.
+        loop {
+            match port.read() {
+                Ok(byte) => SHARED.receive(byte),
+                Err(nb::Error::Other(_)) => (),
+                Err(nb::Error::WouldBlock) => break,
             }
         }
         // Whether it was this or the sender that called: the foreground has the sender call again when it has given it a byte.

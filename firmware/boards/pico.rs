@@ -80,8 +80,7 @@ mod board {
     const SERIAL_PRIORITY: u8 = 0x40;
     const FOREGROUND_PRIORITY: u8 = 0xc0;
 
-    /// Counts of the servo's PWM in a µs.
-    const SERVO_HZ: u32 = 1_000_000;
+    /// Has the servo's PWM count µs.
     const SERVO_DIVIDER: u8 = 125;
     const SERVO_SLICE: usize = 7;
 
@@ -150,10 +149,11 @@ mod board {
         slices.pwm7.set_top(servo.frame_us - 1);
         slices.pwm7.enable();
         slices.pwm7.channel_a.output_to(pins.gpio14);
-        debug_assert_eq!(clocks.system_clock.freq().to_Hz(), u32::from(SERVO_DIVIDER) * SERVO_HZ);
 
+        // Out of its reset; from then on it is used by its registers.
+        rp2040_hal::Timer::new(board.TIMER, &mut board.RESETS, &clocks);
         SHARED.start(Motors { pwm: slices.pwm7, servo, words: [0; 8], wiring: Wiring::default() }, now());
-        board.TIMER.inte().modify(|_, w| w.alarm_0().set_bit());
+        timer().inte().modify(|_, w| w.alarm_0().set_bit());
 
         #[allow(unsafe_code, reason = "cortex-m cannot know which priorities the program's critical sections rely on")]
         // SAFETY: all critical sections disable every interrupt, whatever its priority.
