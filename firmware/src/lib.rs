@@ -64,6 +64,10 @@
 //!
 //! mm, mm/min (feeds and maximum rates, as in G-code), mm/s and mm/s² (inside the planner), steps, s in G-code, and for what the stepper times µs and ticks of the hardware's timer ([`Hardware::TICKS_PER_US`]).
 //!
+//! # Features
+//!
+//! `scene`, which needs an allocator: scenes stored in a compact form, and `penvis-core` to draw them with; see the module `scene`.
+//!
 //! # Costs
 //!
 //! | | bytes of RAM, 32-bit |
@@ -89,6 +93,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "scene")]
+extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
@@ -106,6 +112,8 @@ mod planner;
 mod realtime;
 mod report;
 mod runtime;
+#[cfg(feature = "scene")]
+pub mod scene;
 mod segment;
 mod serve;
 mod settings;

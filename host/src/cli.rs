@@ -28,6 +28,8 @@ enum Command {
     Info(command::info::InfoArgs),
     /// Draw a model, or a file for a plotter, with a plotter or a simulated one
     Plot(Box<command::plot::PlotArgs>),
+    /// Store a model with the options of its drawing, for a board that draws it by itself
+    Pack(Box<command::pack::PackArgs>),
     /// Print or write a scene file to begin with
     Scene(command::scene::SceneArgs),
     /// Offer a simulated plotter to other programs
@@ -50,6 +52,7 @@ impl Cli {
             Command::Draw(args) => command::draw::run(args)?,
             Command::Info(args) => command::info::run(args)?,
             Command::Plot(args) => command::plot::run(args)?,
+            Command::Pack(args) => command::pack::run(args)?,
             Command::Scene(args) => command::scene::run(args)?,
             Command::Simulate(args) => command::simulate::run(args)?,
             Command::Console(args) => command::console::run(args)?,
@@ -64,7 +67,7 @@ impl Cli {
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum CliError {
-    /// From `penvis draw`, `penvis info` and `penvis scene`.
+    /// From `penvis draw`, `penvis info`, `penvis pack` and `penvis scene`.
     #[error(transparent)]
     Drawing(#[from] Error),
     /// From `penvis devices`.

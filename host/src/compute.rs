@@ -4,6 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use penvis_core::pipeline::{self, Monitor, PictureError, Prepared, Stage};
+use penvis_core::scene::Scene;
 
 use crate::drawing::{Drawing, Page};
 use crate::error::Error;
@@ -46,6 +47,11 @@ impl Loaded<'_> {
         self.settled.page
     }
 
+    /// Whether hidden curves are told apart.
+    pub(crate) fn depths(&self) -> page::Depths {
+        self.options.depths
+    }
+
     /// The files that the model comes from.
     #[must_use]
     pub fn files(&self) -> &[ModelFile] {
@@ -55,8 +61,9 @@ impl Loaded<'_> {
 
 /// A model on its page, with the curves of interest found and nothing decided yet.
 pub(crate) struct Placed<'a> {
-    pub(crate) name: String,
+    pub(crate) scene: Scene,
     pub(crate) view: View,
+    pub(crate) wanted: pipeline::DrawOptions,
     pub(crate) prepared: Prepared,
     pub(crate) layout: Layout,
     pub(crate) settled: Settled,
@@ -108,7 +115,7 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
     let prepared = Prepared::styled(&model.scene, &camera, &wanted, settled.styles.clone(), &watch)
         .map_err(|e| watch.reason(e))?;
     let layout = Layout::fit(prepared.extent(), settled.page, settled.margin_mm)?;
-    Ok(Placed { name: model.scene.name, view, prepared, layout, settled, watch })
+    Ok(Placed { scene: model.scene, view, wanted, prepared, layout, settled, watch })
 }
 
 /// Computes the drawing.
@@ -121,7 +128,7 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
 /// ends it.
 pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let (options, progress) = (loaded.options, loaded.progress);
-    let Placed { name, view, mut prepared, layout, settled, watch } = place(loaded)?;
+    let Placed { scene: Scene { name, .. }, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }

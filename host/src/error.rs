@@ -10,6 +10,7 @@ use crate::emit::EmitError;
 use crate::model::ModelError;
 use crate::options::OptionError;
 use crate::page::LayoutError;
+use crate::store::StoreError;
 
 /// Why there is no drawing. Each message is one line that says what is wrong, where, and what to do.
 #[derive(Debug, Error)]
@@ -50,6 +51,9 @@ pub enum Error {
     /// The picture does not go on the paper.
     #[error(transparent)]
     Layout(#[from] LayoutError),
+    /// A board could not draw it.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// An output cannot be made from the drawing.
     #[error("{path}: {source}", path = path.display())]
     Emit {

@@ -8,6 +8,7 @@
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
 //! | [`page`], [`drawing`] | strokes on paper: scale, place, dashes, order |
+//! | [`store`] | a scene with its drawing's options, for a board that draws it by itself |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
@@ -40,6 +41,7 @@ pub mod resume;
 pub mod settle;
 pub mod sim;
 pub mod stats;
+pub mod store;
 pub mod stream;
 pub mod style;
 pub mod trace;

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 use penvis_core::render::{PixelGrid, RasterStats};
+use penvis_core::scene::Scene;
 
 use crate::compute::{Loaded, Placed, place};
 use crate::drawing::Page;
@@ -34,7 +35,7 @@ pub struct Rendered {
 /// ends it.
 pub fn render(loaded: Loaded<'_>, pixels: Pixels, light: DVec3) -> Result<Rendered, Error> {
     let started = Instant::now();
-    let Placed { name, prepared, layout, settled, watch, .. } = place(loaded)?;
+    let Placed { scene: Scene { name, .. }, prepared, layout, settled, watch, .. } = place(loaded)?;
     let raster = prepared.render(&grid(&layout, settled.page, &pixels), &watch).map_err(|e| watch.reason(e.into()))?;
     let shades = prepared.shade(&raster, light, &watch).map_err(|e| watch.reason(e.into()))?;
     Ok(Rendered { name, pixels, shades, stats: raster.stats, seconds: started.elapsed().as_secs_f64() })

@@ -4,6 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use glam::DVec2;
+use penvis_core::pipeline::Prepared;
+use penvis_firmware::scene::StoredScene;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -342,5 +345,34 @@ fn a_fault_whose_place_the_seed_decides_happens() {
                 assert!(said.contains(&format!("fault {fault}@")), "{port}, {fault}, seed {seed}: {said}");
             }
         }
+    }
+}
+
+#[test]
+fn a_packed_scene_holds_the_model_and_its_place_on_the_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = penvis(folder.path(), "pack saddle --iso 3 --paper a5 -o saddle.bin");
+    assert!(said.status.success(), "{said:?}");
+    let stored = StoredScene::unpack(&fs::read(folder.path().join("saddle.bin")).unwrap()).unwrap();
+    assert_eq!((stored.scene.name.as_str(), stored.looks[0].style.isos, stored.looks[0].pen), ("saddle", 3, 1));
+    assert_eq!(stored.program.start, "G21\nG90\nG17\nG94\n");
+    assert_eq!(stored.program.up, "M3 S0\nG4 P0.15\n");
+    // The picture fills the sheet of 210 mm by 148 mm up to its margin in one direction, and is in its middle.
+    let camera = stored.sight.camera().unwrap();
+    let prepared = Prepared::styled(&stored.scene, &camera, &stored.options, stored.styles(), &()).unwrap();
+    let [low, high] = prepared.extent().map(|corner| stored.to_machine(corner));
+    assert!((low + high - DVec2::new(210.0, 148.0)).length() < 1e-9, "{low} {high}");
+    let free = low.min_element();
+    assert!((free - 14.8).abs() < 1e-3, "{low} {high}");
+    for (words, expected) in [
+        ("--shade lambert", "--iso N"),
+        ("--hidden dashed", "--hidden layer"),
+        ("--qi 2", "--hidden layer"),
+        ("--device hp7475a", "draws by G-code"),
+    ] {
+        let said = penvis(folder.path(), &format!("pack saddle -o other.bin {words}"));
+        let message = String::from_utf8(said.stderr).unwrap();
+        assert!(!said.status.success() && message.contains(expected), "{words}: {message}");
+        assert!(!folder.path().join("other.bin").exists());
     }
 }

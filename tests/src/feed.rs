@@ -10,6 +10,7 @@ use penvis::journal;
 use penvis::model::{FORMATS, Import, ModelFormat, ReadError, Reading, Source, Watch};
 use penvis::preflight;
 use penvis::protocol;
+use penvis_firmware::scene::{self, StoredScene};
 use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
 
 /// Most characters of a message: it may quote the file, but not all of it.
@@ -22,10 +23,10 @@ const JOB_DEVICES: [&str; 3] = ["grbl-servo", "marlin-servo", "hp7475a"];
 const MOST_TICKS: u32 = 20_000;
 
 /// What reads bytes, by the names of the fuzz targets and of the folders of their inputs: the model formats, and
-/// then jobs for plotters, device profiles, journals of plots and what the firmware hears on its line.
+/// then jobs for plotters, device profiles, journals of plots, what the firmware hears on its line, and scenes for boards.
 #[must_use]
 pub fn names() -> Vec<String> {
-    FORMATS.iter().map(slug).chain(["job", "device", "journal", "firmware"].map(str::to_owned)).collect()
+    FORMATS.iter().map(slug).chain(["job", "device", "journal", "firmware", "packed"].map(str::to_owned)).collect()
 }
 
 /// Name of the fuzz target of a model format.
@@ -45,6 +46,7 @@ pub fn feed(name: &str, bytes: &[u8]) {
         "device" => profile(bytes),
         "journal" => drop(journal::parse(bytes).map_err(|error| is_a_line(&error.to_string()))),
         "firmware" => firmware(bytes),
+        "packed" => packed(bytes),
         _ => match FORMATS.iter().find(|f| slug(f) == name) {
             Some(format) => drop(model(format, bytes)),
             None => panic!("nothing is called {name}; these are: {}", names().join(", ")),
@@ -108,6 +110,19 @@ fn profile(bytes: &[u8]) {
     if !text.contains("inherits") {
         match Device::from_toml(&text, "fed") {
             Ok(_) => {}
+            Err(error) => is_a_line(&error.to_string()),
+        }
+    }
+}
+
+/// Unpacks a scene as it is, and as records whose length and checksum are right: no fuzzer finds a checksum.
+fn packed(bytes: &[u8]) {
+    for bytes in [Some(bytes.to_vec()), scene::frame(bytes)].into_iter().flatten() {
+        match StoredScene::unpack(&bytes) {
+            Ok(stored) => {
+                let again = stored.pack().and_then(|bytes| StoredScene::unpack(&bytes));
+                assert!(again.is_ok_and(|again| again == stored), "packed again it is another scene");
+            }
             Err(error) => is_a_line(&error.to_string()),
         }
     }

@@ -65,6 +65,20 @@ impl TrimPiece {
         Self { points, from, to, left: None, edge: None }
     }
 
+    /// A piece that was taken apart into what [`control_points`](Self::control_points), [`from`](Self::from) and
+    /// [`to`](Self::to), [`keeps_left`](Self::keeps_left) and [`edge`](Self::edge) say, put together bit for bit. `None` if it
+    /// cannot have been one: its points are too few or too many, or not finite, a weight is not positive, or the curve does not
+    /// begin and end at `ends`. That it runs one way is taken on trust; nothing but the picture suffers if it does not.
+    #[must_use]
+    pub fn restored(points: Vec<DVec3>, ends: [DVec2; 2], left: Option<bool>, edge: Option<u32>) -> Option<Self> {
+        let [from, to] = ends;
+        let known = (2..=MAX_DEGREE + 1).contains(&points.len()) && points.iter().all(|h| h.is_finite() && h.z > 0.0);
+        // What `with_ends` has multiplied by a weight and is divided by it again: two roundings.
+        let near = |h: DVec3, at: DVec2| (affine(h) - at).abs().cmple(4.0 * f64::EPSILON * at.abs()).all();
+        let (first, last) = (points.first().copied()?, points.last().copied()?);
+        (known && from != to && near(first, from) && near(last, to)).then_some(Self { points, from, to, left, edge })
+    }
+
     /// A straight piece along a border of the parameter range.
     pub(super) fn straight(from: DVec2, to: DVec2) -> Self {
         Self::whole(alloc::vec![from.extend(1.0), to.extend(1.0)])

@@ -96,6 +96,34 @@ impl Trims {
         Ok(trims)
     }
 
+    /// Trims that were taken apart into their loops and those into their pieces, put together bit for bit.
+    ///
+    /// # Errors
+    /// If a loop has no pieces, is not closed or leaves the parameter range of `surface`.
+    pub fn restored(surface: &Surface, loops: Vec<Vec<TrimPiece>>) -> Result<Self, TrimError> {
+        if loops.is_empty() {
+            return Err(TrimError::NoLoops);
+        }
+        let (u, v) = (surface.domain_u(), surface.domain_v());
+        let (lo, hi) = (DVec2::new(u[0], v[0]), DVec2::new(u[1], v[1]));
+        for (index, pieces) in loops.iter().enumerate() {
+            let Some(last) = pieces.last() else { return Err(TrimError::NoExtent { index }) };
+            let mut before = last;
+            for (curve, piece) in pieces.iter().enumerate() {
+                let (end, start) = (before.to(), piece.from());
+                if end != start {
+                    let curve = (curve + pieces.len() - 1) % pieces.len();
+                    return Err(TrimError::Gap { index, curve, end: end.to_array(), start: start.to_array() });
+                }
+                if start != start.clamp(lo, hi) {
+                    return Err(TrimError::Outside { index, curve, at: start.to_array() });
+                }
+                before = piece;
+            }
+        }
+        Ok(Self { loops: loops.into_iter().map(|pieces| TrimLoop { pieces }).collect(), lo, hi })
+    }
+
     /// The pieces of one loop.
     fn closed(&self, index: usize, curves: &[Curve]) -> Result<Vec<TrimPiece>, TrimError> {
         let range = self.hi - self.lo;

@@ -7,6 +7,7 @@ pub mod devices;
 pub mod draw;
 pub mod info;
 mod ink;
+pub mod pack;
 pub mod plot;
 pub mod ports;
 pub mod scene;
