@@ -18,7 +18,7 @@ use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
 use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
-use crate::stroke::{Stroke, chain, flatten};
+use crate::stroke::{self, Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
 use crate::visibility::{ClassifyOptions, Method, Occluders, Sighting, Subject, VisibilityStats, classify};
 
@@ -39,10 +39,13 @@ pub struct DrawOptions {
     pub clusters: bool,
     /// Largest angle between surfaces that join smoothly, radians.
     pub smooth_angle: f64,
+    /// Cells that patches are cut into ahead of the sight lines, at the most; where there are more patches, one each. Half a
+    /// kilobyte a cell: few spare memory and cost time, for each sight line then cuts its own. It changes no picture.
+    pub cells: usize,
 }
 
 impl Default for DrawOptions {
-    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree.
+    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree, as many cells as spare time.
     fn default() -> Self {
         Self {
             curves: CurveSet::default(),
@@ -51,6 +54,7 @@ impl Default for DrawOptions {
             visibility: Method::default(),
             clusters: true,
             smooth_angle: SMOOTH_ANGLE,
+            cells: usize::MAX,
         }
     }
 }
@@ -316,7 +320,7 @@ impl Prepared {
         let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, &clusters, tolerance, stop);
         stop.check()?;
         monitor.begin(Stage::Visibility);
-        let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), stop);
+        let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), self.options.cells, stop);
         stop.check()?;
         let options = ClassifyOptions {
             method: self.options.visibility,
@@ -355,6 +359,41 @@ impl Prepared {
         let strokes = chain(strokes, gap, gap);
         stop.check()?;
         Ok(Traced { strokes, stats })
+    }
+
+    /// As [`trace`](Self::trace), one stroke after the other, none of which is kept, and with all given back that strokes do
+    /// not need: for machines with little memory. Every stroke is flattened twice.
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn trace_each(
+        self,
+        tolerance: f64,
+        monitor: &dyn Monitor,
+        draw: &mut dyn FnMut(Stroke),
+    ) -> Result<Stats, Stopped> {
+        let (mut sightings, stats) = self.sightings(monitor)?;
+        let Self { view, forms, curves, options, .. } = self;
+        monitor.begin(Stage::Stroke);
+        sightings.retain(|s| s.qi <= options.deepest);
+        let runs = stroke::runs(&sightings);
+        drop(sightings);
+        let g = Geometry { view: &view, forms: &forms };
+        let mut outlines = Vec::with_capacity(runs.len());
+        for run in &runs {
+            if monitor.stops() {
+                return Err(Stopped);
+            }
+            outlines.push(stroke::stroke(&curves, run, stroke::outline(stroke::points(&g, &curves, run, tolerance))));
+        }
+        let gap = 2.0 * STITCH * view.size();
+        let mut stopped = false;
+        stroke::chain_each(&outlines, gap, gap, &mut |k| stroke::points(&g, &curves, &runs[k], tolerance), &mut |s| {
+            draw(s);
+            stopped = monitor.stops();
+            !stopped
+        });
+        if stopped { Err(Stopped) } else { Ok(stats) }
     }
 
     /// Paints the surfaces into the pixels of `grid`, which may be as fine as 10⁻⁶ of the scene's size.
@@ -430,6 +469,20 @@ mod tests {
         assert_eq!(t.stats.arrange.undecided, 0);
         assert!(t.stats.arrange.pairs_near < 2_000, "{:?}", t.stats.arrange);
         assert!(t.strokes.iter().all(|s| s.kind != crate::stroke::CurveKind::Silhouette));
+    }
+
+    #[test]
+    fn strokes_one_by_one_and_with_few_cells_are_the_same_to_the_bit() {
+        let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
+        let all = traced(&saddle(), DVec3::new(0.3, -0.8, 0.4), &DrawOptions::default());
+        for cells in [0, 3, 64, usize::MAX] {
+            let options = DrawOptions { cells, ..DrawOptions::default() };
+            let prepared = Prepared::new(&saddle(), &camera, &options, &()).unwrap();
+            let mut one_by_one = Vec::new();
+            let stats = prepared.trace_each(1e-3, &(), &mut |stroke| one_by_one.push(stroke)).unwrap();
+            assert_eq!(one_by_one, all.strokes, "{cells}");
+            assert_eq!(stats.arrange, all.stats.arrange);
+        }
     }
 
     /// Remembers stages.

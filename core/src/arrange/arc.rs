@@ -1,5 +1,8 @@
 //! Short, tame pieces of curves on the screen, bounded by the strips of Elber and Cohen 1989, §4.
 
+use alloc::boxed::Box;
+use core::ops::Deref;
+
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::view::{MAX_DEGREE, curve_jet};
@@ -9,14 +12,16 @@ pub(crate) type Control = heapless::Vec<DVec4, { MAX_DEGREE + 1 }>;
 
 /// A rational Bézier curve in view space that stands for a curve on the parameter interval `t`, within `error` on the
 /// screen (0 for isoparametric lines, which are such curves exactly, unless they are edges whose sides are apart).
+///
+/// `P` holds the control points: [`Control`] while it is worked with, [`Kept`] where thousands are kept.
 #[derive(Clone, Debug)]
-pub(crate) struct Arc {
+pub(crate) struct Arc<P = Control> {
     /// Index of the curve.
     pub(crate) curve: usize,
     /// Interval of the curve's parameter; the Bézier parameter runs linearly in it.
     pub(crate) t: [f64; 2],
     /// Homogeneous control points.
-    pub(crate) points: Control,
+    pub(crate) points: P,
     /// Largest distance on the screen between the curve and this arc.
     pub(crate) error: f64,
     /// Screen box, `error` included.
@@ -26,6 +31,9 @@ pub(crate) struct Arc {
     /// Lower and upper bound of the depth.
     pub(crate) z: [f64; 2],
 }
+
+/// An arc with room for no more control points than it has.
+pub(crate) type Kept = Arc<Box<[DVec4]>>;
 
 pub(crate) fn screen(h: DVec4) -> DVec2 {
     DVec2::new(h.x / h.w, h.y / h.w)
@@ -44,6 +52,21 @@ impl Arc {
         }
         let e = DVec2::splat(error);
         Self { curve, t, points, error, lo: lo - e, hi: hi + e, z: [z[0] - error, z[1] + error] }
+    }
+
+    /// The arc to be kept.
+    pub(crate) fn kept(&self) -> Kept {
+        let Self { curve, t, error, lo, hi, z, .. } = *self;
+        Arc { curve, t, points: Box::from(&*self.points), error, lo, hi, z }
+    }
+}
+
+impl<P: Deref<Target = [DVec4]>> Arc<P> {
+    /// The arc to be worked with.
+    pub(crate) fn opened(&self) -> Arc {
+        let Self { curve, t, error, lo, hi, z, .. } = *self;
+        // What is kept was worked with before, so there is room.
+        Arc { curve, t, points: Control::from_slice(&self.points).unwrap_or_default(), error, lo, hi, z }
     }
 
     /// First and last point on the screen.
@@ -80,10 +103,10 @@ impl Arc {
     }
 
     /// The two halves.
-    pub(crate) fn halves(&self) -> (Self, Self) {
+    pub(crate) fn halves(&self) -> (Arc, Arc) {
         let (l, r) = split_control(&self.points, 0.5);
         let m = 0.5 * (self.t[0] + self.t[1]);
-        (Self::new(self.curve, [self.t[0], m], l, self.error), Self::new(self.curve, [m, self.t[1]], r, self.error))
+        (Arc::new(self.curve, [self.t[0], m], l, self.error), Arc::new(self.curve, [m, self.t[1]], r, self.error))
     }
 
     /// The strip that holds the arc on the screen.
@@ -98,7 +121,7 @@ impl Arc {
         // positive), so their widest angle to the chord bounds the tangent cone.
         let mut spread = 0.0_f64;
         let mut last = a;
-        for h in &self.points {
+        for h in self.points.iter() {
             let e = screen(*h);
             let d = (e - a).dot(normal);
             lo = lo.min(d);
@@ -170,8 +193,9 @@ impl Strip {
 }
 
 /// Control points of the two parts at `x`.
-pub(crate) fn split_control(points: &Control, x: f64) -> (Control, Control) {
-    let mut right = points.clone();
+pub(crate) fn split_control(points: &[DVec4], x: f64) -> (Control, Control) {
+    // Those of an arc, for which there is room.
+    let mut right = Control::from_slice(points).unwrap_or_default();
     let mut left = Control::new();
     for r in (0..points.len()).rev() {
         // Room is the same as that of `points`, so this push cannot fail.

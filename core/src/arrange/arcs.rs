@@ -1,20 +1,21 @@
 //! Curves as arcs: pieces of polynomials that can be intersected, tame enough for strips and cones.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
+use core::ops::Deref;
 
 use glam::{DVec2, DVec3, DVec4};
 
 use super::LengthTable;
-use super::arc::{Arc, Control, screen, split_control};
+use super::arc::{Arc, Control, Kept, screen, split_control};
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stop::Stop;
 
 /// The curves as arcs, ready to be intersected.
 #[derive(Clone, Debug)]
 pub struct Arcs {
-    pub(super) arcs: Vec<Arc>,
-    /// For each curve the index of its first arc; one more at the end.
-    starts: Vec<usize>,
+    /// For each curve its arcs.
+    curves: Vec<Box<[Kept]>>,
 }
 
 impl Arcs {
@@ -22,20 +23,26 @@ impl Arcs {
     /// its gap where it is an edge whose sides are apart.
     #[must_use]
     pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) -> Self {
-        let mut all = Self { arcs: Vec::new(), starts: alloc::vec![0] };
+        let mut all = Self { curves: Vec::with_capacity(curves.len()) };
         all.extend(curves, 0, geometry, fit, stop);
         all
     }
 
     /// Adds the arcs of further curves, the first of which has the index `first`.
     pub fn extend(&mut self, curves: &[SurfaceCurve], first: usize, geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) {
-        let Self { arcs, starts } = self;
+        let mut arcs = Vec::new();
         for (k, curve) in (first..).zip(curves) {
             if !stop.is_wanted() {
-                cover_curve(curve, k, geometry, fit, arcs);
+                cover_curve(curve, k, geometry, fit, &mut arcs);
             }
-            starts.push(arcs.len());
+            self.curves.push(arcs.iter().map(Arc::kept).collect());
+            arcs.clear();
         }
+    }
+
+    /// All arcs, curve by curve.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Kept> + Clone {
+        self.curves.iter().flatten()
     }
 
     /// Screen box of all curves: lower left and upper right corner. No curve leaves it by more than a
@@ -45,14 +52,14 @@ impl Arcs {
     #[must_use]
     pub fn extent(&self) -> [DVec2; 2] {
         let mut found = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-        for arc in &self.arcs {
+        for arc in self.iter() {
             let (p, q) = arc.ends();
             found = [found[0].min(p).min(q), found[1].max(p).max(q)];
         }
         // A picture that is one point has the rounding of its coordinates instead of a size.
         let rounding = 64.0 * f64::EPSILON * found[0].abs().max(found[1].abs()).max_element();
         let slack = DVec2::splat(rounding.max(EXTENT_SLACK * (found[1] - found[0]).max_element()));
-        for arc in &self.arcs {
+        for arc in self.iter() {
             widen(arc, slack, &mut found, 0);
         }
         found
@@ -68,29 +75,30 @@ impl Arcs {
         margin: f64,
         apart: f64,
     ) -> Option<(usize, f64)> {
-        let reach = |a: &Arc| a.points.iter().map(|h| screen(*h).dot(direction)).fold(f64::NEG_INFINITY, f64::max);
-        let ends = |a: &Arc| a.ends().0.dot(direction).max(a.ends().1.dot(direction));
-        let active = || self.arcs.iter().filter(|a| curves[a.curve].active);
-        let mut known = active().map(ends).fold(f64::NEG_INFINITY, f64::max);
+        let reach =
+            |points: &[DVec4]| points.iter().map(|h| screen(*h).dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+        let ends = |(p, q): (DVec2, DVec2)| p.dot(direction).max(q.dot(direction));
+        let active = || self.iter().filter(|a| curves[a.curve].active);
+        let mut known = active().map(|a| ends(a.ends())).fold(f64::NEG_INFINITY, f64::max);
         let mut open: Vec<(Arc, u32)> =
-            active().filter(|a| reach(a) >= known - margin).map(|a| (a.clone(), 0)).collect();
+            active().filter(|a| reach(&a.points) >= known - margin).map(|a| (a.opened(), 0)).collect();
         let mut found: Vec<Arc> = Vec::new();
         while let Some((arc, depth)) = open.pop() {
-            known = known.max(ends(&arc));
-            let far = reach(&arc);
+            known = known.max(ends(arc.ends()));
+            let far = reach(&arc.points);
             if far < known - margin {
                 continue;
             }
             // A control polygon nears its arc by a factor of four with each halving.
-            if far - ends(&arc) <= margin || depth >= 20 {
+            if far - ends(arc.ends()) <= margin || depth >= 20 {
                 found.push(arc);
             } else {
                 let (a, b) = arc.halves();
                 open.extend([(a, depth + 1), (b, depth + 1)]);
             }
         }
-        found.retain(|a| reach(a) >= known - margin);
-        let best = found.iter().max_by(|a, b| ends(a).total_cmp(&ends(b)))?;
+        found.retain(|a| reach(&a.points) >= known - margin);
+        let best = found.iter().max_by(|a, b| ends(a.ends()).total_cmp(&ends(b.ends())))?;
         let (lo, hi) = (best.lo.extend(best.z[0]), best.hi.extend(best.z[1]));
         let near = |a: &Arc| {
             let (low, high) = (a.lo.extend(a.z[0]), a.hi.extend(a.z[1]));
@@ -101,8 +109,8 @@ impl Arcs {
         found.iter().all(near).then(|| (best.curve, best.param(x)))
     }
 
-    pub(super) fn of(&self, curve: usize) -> &[Arc] {
-        &self.arcs[self.starts[curve]..self.starts[curve + 1]]
+    pub(super) fn of(&self, curve: usize) -> &[Kept] {
+        &self.curves[curve]
     }
 
     /// Lengths below `resolution` (screen units) are not told apart.
@@ -126,7 +134,7 @@ impl Arcs {
 /// Quarters of a part that is even have lengths within a factor of two of each other. Towards a place where the curve stands
 /// still, and where weights differ by many orders of magnitude, each halving leaves at least one half even or below
 /// the resolution, so that some [`MOST_UNEVEN`] parts for each such place are enough.
-fn measure(arc: &Arc, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &mut Vec<(f64, f64)>, depth: u32) {
+fn measure(arc: &Kept, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &mut Vec<(f64, f64)>, depth: u32) {
     let at = |f: f64| arc.jet(x[0] + f * (x[1] - x[0])).0.truncate();
     let middle = at(0.5);
     let quarters = [p, at(0.25), middle, at(0.75), q];
@@ -154,7 +162,7 @@ const EXTENT_SLACK: f64 = 1e-6;
 
 /// Widens `found` to hold `arc` up to `slack`. The polygon nears the arc by a factor of four with each halving, so ten of
 /// them reach the slack; only halves that still reach beyond are followed.
-fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
+fn widen(arc: &Arc<impl Deref<Target = [DVec4]>>, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
     const DEEPEST: u32 = 16;
     let beyond = |p: DVec2| p.cmplt(found[0] - slack).any() || p.cmpgt(found[1] + slack).any();
     if depth >= DEEPEST || !arc.points.iter().any(|h| beyond(screen(*h))) {
@@ -284,10 +292,7 @@ mod tests {
             let p = if w < 1.0 { middle + DVec2::new(0.0, y) } else { middle + DVec2::new(x, y) };
             DVec4::new(p.x * w, p.y * w, 0.0, w)
         });
-        Arcs {
-            arcs: alloc::vec![Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0)],
-            starts: alloc::vec![0, 1],
-        }
+        Arcs { curves: alloc::vec![Box::new([Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0).kept()])] }
     }
 
     #[test]

@@ -27,7 +27,7 @@ use crate::view::Patch;
 pub use arcs::Arcs;
 pub use cluster::{Clusters, clusters};
 
-use arc::{Arc, Control};
+use arc::{Arc, Control, Kept};
 use intersect::{Work, meetings, nearest};
 use meeting::Meeting;
 use pierce::Sheets;
@@ -165,7 +165,7 @@ pub fn arrange(
     tolerance: Tolerance,
     stop: Stop<'_>,
 ) -> Arrangement {
-    let active: Vec<Arc> = arcs.arcs.iter().filter(|a| curves[a.curve].active).cloned().collect();
+    let active: Vec<&Kept> = arcs.iter().filter(|a| curves[a.curve].active).collect();
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
     let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
     let splitter = Splitter { curves, arcs, active, grid, sheets, clusters, tolerance };
@@ -249,9 +249,9 @@ struct Splitter<'a> {
     curves: &'a [SurfaceCurve],
     arcs: &'a Arcs,
     /// The arcs of active curves, and where they are.
-    active: Vec<Arc>,
+    active: Vec<&'a Kept>,
     grid: Grid,
-    sheets: Sheets,
+    sheets: Sheets<'a>,
     clusters: &'a Clusters,
     tolerance: Tolerance,
 }
@@ -266,12 +266,13 @@ impl Splitter<'_> {
         let mut cuts: Vec<(f64, Cut)> = curve.splits.iter().map(|&t| (t, Cut::Own)).collect();
         let (mut overlaps, mut pierced) = (Vec::new(), Vec::new());
         let (mut near, mut found) = (Vec::new(), Vec::new());
-        for arc in arcs.of(index) {
+        for kept in arcs.of(index) {
+            let arc = &kept.opened();
             stats.undecided += self.sheets.piercings(arc, &curve.surfaces, &mut pierced);
             let margin = DVec2::splat(resolution);
             self.grid.near(arc.lo - margin, arc.hi + margin, &mut near);
             for &k in &near {
-                let other = &self.active[k as usize];
+                let other = self.active[k as usize];
                 // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there; unless it
                 // runs along the sight line there and comes back beside itself.
                 let follows = other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1];
@@ -289,6 +290,7 @@ impl Splitter<'_> {
                     continue;
                 }
                 stats.pairs_near += 1;
+                let other = &other.opened();
                 found.clear();
                 meetings(arc, other, resolution, &mut found, &mut work);
                 for m in &found {
@@ -365,7 +367,7 @@ impl Splitter<'_> {
         if gap > reach {
             return None;
         }
-        let apart = |arc: &Arc| {
+        let apart = |arc: &Kept| {
             let margin = DVec2::splat(2.0 * least);
             let p = joint.truncate();
             let near = p.cmpge(arc.lo - margin).all() && p.cmple(arc.hi + margin).all();
@@ -380,9 +382,9 @@ impl Splitter<'_> {
 /// silhouette may run as near on the screen, but that one is nearer to the eye, or farther.
 fn own_contact(
     c: &SurfaceCurve,
-    other: (&SurfaceCurve, &[Arc]),
+    other: (&SurfaceCurve, &[Kept]),
     t: [f64; 2],
-    (arcs, table): (&[Arc], &LengthTable),
+    (arcs, table): (&[Kept], &LengthTable),
     Tolerance { resolution, contact }: Tolerance,
 ) -> bool {
     let traced = |c: &SurfaceCurve| matches!(c.path, Path::Traced(_));

@@ -23,9 +23,21 @@ struct Cell {
     hi: DVec3,
 }
 
+/// Where a cell comes from, and its box. Its control points are cut out of the patch again when a curve comes near: there are
+/// far fewer such places than cells.
+struct Place {
+    /// Index of the patch.
+    patch: u32,
+    /// How often it was quartered, and of each time which quarter, two bits a time.
+    quarters: (u8, u8),
+    lo: DVec3,
+    hi: DVec3,
+}
+
 /// The patches, cut into a few cells each, with a broad phase on the screen.
-pub(super) struct Sheets {
-    cells: Vec<(usize, Cell)>,
+pub(super) struct Sheets<'a> {
+    patches: &'a [&'a Patch],
+    cells: Vec<Place>,
     grid: Grid,
     /// For every surface the surfaces joined to it along an edge, itself included, in increasing order.
     joined: Vec<Vec<usize>>,
@@ -33,24 +45,25 @@ pub(super) struct Sheets {
 }
 
 /// Halvings of a patch in each direction for the broad phase: enough to tell most curves from most patches.
-const CUTS: u32 = 2;
+const CUTS: u8 = 2;
 
 /// A cell smaller than this part of the scene is not cut: where patches are many, their own boxes tell them apart.
 const SMALL: f64 = 1.0 / 32.0;
 
-impl Sheets {
-    pub(super) fn new(patches: &[&Patch], joined: Vec<Vec<usize>>, contact: f64) -> Self {
-        let wholes = patches.iter().map(|p| Cell::new([p.degree_u, p.degree_v], p.points.clone()));
-        let wholes: Vec<Cell> = wholes.collect();
+impl<'a> Sheets<'a> {
+    pub(super) fn new(patches: &'a [&'a Patch], joined: Vec<Vec<usize>>, contact: f64) -> Self {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (lo, hi) = wholes.iter().fold(start, |(lo, hi), c| (lo.min(c.lo), hi.max(c.hi)));
+        let boxes = patches.iter().map(|p| net_box(&p.points));
+        let (lo, hi) = boxes.fold(start, |(lo, hi), (low, high)| (lo.min(low), hi.max(high)));
         let small = SMALL * (hi - lo).length();
         let mut cells = Vec::new();
-        for (whole, p) in wholes.into_iter().zip(patches) {
-            whole.cut(CUTS, small, &mut |c| cells.push((p.surface, c)));
+        for (patch, p) in (0..).zip(patches) {
+            Cell::of(p).cut((0, 0), small, &mut |quarters, c| {
+                cells.push(Place { patch, quarters, lo: c.lo, hi: c.hi });
+            });
         }
-        let grid = Grid::new(cells.iter().map(|(_, c)| (c.lo.truncate(), c.hi.truncate())));
-        Self { cells, grid, joined, contact }
+        let grid = Grid::new(cells.iter().map(|c| (c.lo.truncate(), c.hi.truncate())));
+        Self { patches, cells, grid, joined, contact }
     }
 
     /// Parameters of `arc`'s curve at which the arc, part of a curve on `surfaces`, pierces another surface that is not
@@ -63,13 +76,15 @@ impl Sheets {
         self.grid.near(arc.lo, arc.hi, &mut near);
         let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
         for k in near {
-            let (surface, cell) = &self.cells[k as usize];
-            if cell.lo.cmpgt(hi).any() || lo.cmpgt(cell.hi).any() {
+            let place = &self.cells[k as usize];
+            if place.lo.cmpgt(hi).any() || lo.cmpgt(place.hi).any() {
                 continue;
             }
-            if surfaces.iter().any(|&s| self.joined[s].binary_search(surface).is_ok()) {
+            let patch = self.patches[place.patch as usize];
+            if surfaces.iter().any(|&s| self.joined[s].binary_search(&patch.surface).is_ok()) {
                 continue;
             }
+            let cell = &Cell::of(patch).at(place.quarters);
             if runs_in(arc, cell, self.contact) {
                 continue;
             }
@@ -94,18 +109,34 @@ impl Cell {
         (Self::new(self.degree, left), Self::new(self.degree, right))
     }
 
-    /// Quarters the cell so often, or until its parts are small, and hands out the parts.
-    fn cut(self, times: u32, small: f64, out: &mut impl FnMut(Self)) {
-        if times == 0 || (self.hi - self.lo).length() <= small {
-            out(self);
+    /// All of a patch.
+    fn of(patch: &Patch) -> Self {
+        Self::new([patch.degree_u, patch.degree_v], patch.points.clone())
+    }
+
+    /// Quarters the cell [`CUTS`] times, or until its parts are small, and hands out the parts with how they came about.
+    fn cut(self, (times, which): (u8, u8), small: f64, out: &mut impl FnMut((u8, u8), Self)) {
+        if times == CUTS || (self.hi - self.lo).length() <= small {
+            out((times, which), self);
             return;
         }
         let (a, b) = self.halves(0);
-        for half in [a, b] {
+        for (upper_u, half) in [(0, a), (1, b)] {
             let (c, d) = half.halves(1);
-            c.cut(times - 1, small, out);
-            d.cut(times - 1, small, out);
+            for (upper_v, quarter) in [(0, c), (1, d)] {
+                quarter.cut((times + 1, which << 2 | upper_u << 1 | upper_v), small, out);
+            }
         }
+    }
+
+    /// The part of the whole cell that came about so.
+    fn at(self, (times, which): (u8, u8)) -> Self {
+        (0..times).rev().fold(self, |cell, k| {
+            let quarter = which >> (2 * k);
+            let (a, b) = cell.halves(0);
+            let (c, d) = if quarter & 2 == 0 { a.halves(1) } else { b.halves(1) };
+            if quarter & 1 == 0 { c } else { d }
+        })
     }
 
     /// The direction in which the cell is longer.
@@ -302,7 +333,8 @@ mod tests {
             u: [0.0, 1.0],
             v: [0.0, 1.0],
         };
-        let sheets = Sheets::new(&[&patch], vec![vec![0], vec![1]], 1e-6);
+        let patches = [&patch];
+        let sheets = Sheets::new(&patches, vec![vec![0], vec![1]], 1e-6);
         let mut out = Vec::new();
         assert_eq!(sheets.piercings(arc, &[0], &mut out), 0);
         out.sort_by(f64::total_cmp);

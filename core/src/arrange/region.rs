@@ -15,6 +15,7 @@ use alloc::vec::Vec;
 
 use glam::DVec3;
 
+use super::arc::Arc;
 use super::intersect::{Work, meetings};
 use super::meeting::Meeting;
 use super::{Arcs, Tolerance};
@@ -162,12 +163,13 @@ pub(super) fn boundary_curve(line: Line, domain: [f64; 2]) -> SurfaceCurve {
 /// Whether a boundary of isoparametric lines meets itself on the screen only where it does so in space.
 pub(super) fn is_simple(g: &Geometry<'_>, boundary: &[SurfaceCurve], tolerance: Tolerance) -> bool {
     let arcs = Arcs::new(boundary, g, tolerance.resolution, Stop::NEVER);
-    let grid = Grid::new(arcs.arcs.iter().map(|a| (a.lo, a.hi)));
+    let arcs: Vec<Arc> = arcs.iter().map(Arc::opened).collect();
+    let grid = Grid::new(arcs.iter().map(|a| (a.lo, a.hi)));
     let (mut near, mut found, mut work) = (Vec::new(), Vec::new(), Work::default());
-    for (k, first) in arcs.arcs.iter().enumerate() {
+    for (k, first) in arcs.iter().enumerate() {
         grid.near(first.lo, first.hi, &mut near);
         for &other in near.iter().filter(|&&other| other as usize > k) {
-            let second = &arcs.arcs[other as usize];
+            let second = &arcs[other as usize];
             if first.hi.cmplt(second.lo).any() || second.hi.cmplt(first.lo).any() {
                 continue;
             }

@@ -3,6 +3,7 @@
 use alloc::collections::BTreeMap;
 use alloc::vec;
 use alloc::vec::Vec;
+use core::mem;
 
 use glam::{DVec2, DVec3};
 
@@ -12,9 +13,44 @@ use super::{Stroke, StrokePoint};
 /// the screen and `model_gap` in space. Where more than two ends meet, the straightest pair is joined first.
 /// Deterministic; O(n log n).
 #[must_use]
-pub fn chain(strokes: Vec<Stroke>, screen_gap: f64, model_gap: f64) -> Vec<Stroke> {
+pub fn chain(mut strokes: Vec<Stroke>, screen_gap: f64, model_gap: f64) -> Vec<Stroke> {
+    let links = links(&strokes, screen_gap, model_gap);
+    let mut points: Vec<_> = strokes.iter_mut().map(|s| mem::take(&mut s.points)).collect();
+    let mut out = Vec::with_capacity(strokes.len());
+    follow(&strokes, &links, &mut |k| mem::take(&mut points[k]), &mut |stroke| {
+        out.push(stroke);
+        true
+    });
+    out
+}
+
+/// As [`chain`], one chain after the other, of strokes that are not kept: `outlines` have the [`outline`]s of their vertices, and
+/// `points` gives all of them, once for each stroke. Ends when `draw` returns false.
+pub(crate) fn chain_each(
+    outlines: &[Stroke],
+    screen_gap: f64,
+    model_gap: f64,
+    points: &mut dyn FnMut(usize) -> Vec<StrokePoint>,
+    draw: &mut dyn FnMut(Stroke) -> bool,
+) {
+    let links = links(outlines, screen_gap, model_gap);
+    follow(outlines, &links, points, draw);
+}
+
+/// What chaining has to know of the vertices of a stroke: two at each end.
+pub(crate) fn outline(mut points: Vec<StrokePoint>) -> Vec<StrokePoint> {
+    let n = points.len();
+    if n > 4 {
+        points.drain(2..n - 2);
+    }
+    points.shrink_to_fit();
+    points
+}
+
+/// Which end each end is joined to.
+fn links(strokes: &[Stroke], screen_gap: f64, model_gap: f64) -> Vec<[Option<usize>; 2]> {
     let mut links = vec![[None; 2]; strokes.len()];
-    let mut pairs = candidate_pairs(&strokes, screen_gap, model_gap);
+    let mut pairs = candidate_pairs(strokes, screen_gap, model_gap);
     pairs.sort_by(|a, b| a.turn.total_cmp(&b.turn).then(a.ends.cmp(&b.ends)));
     for p in pairs {
         let [a, b] = p.ends;
@@ -23,7 +59,7 @@ pub fn chain(strokes: Vec<Stroke>, screen_gap: f64, model_gap: f64) -> Vec<Strok
             links[b / 2][b % 2] = Some(a);
         }
     }
-    follow(strokes, &links)
+    links
 }
 
 /// Two ends that may be joined; an end is twice the stroke's index, plus one for its last vertex.
@@ -80,9 +116,13 @@ fn candidate_pairs(strokes: &[Stroke], screen_gap: f64, model_gap: f64) -> Vec<P
 }
 
 /// Walks the links into chains, in the order of the lowest stroke of each.
-fn follow(strokes: Vec<Stroke>, links: &[[Option<usize>; 2]]) -> Vec<Stroke> {
+fn follow(
+    strokes: &[Stroke],
+    links: &[[Option<usize>; 2]],
+    points: &mut dyn FnMut(usize) -> Vec<StrokePoint>,
+    draw: &mut dyn FnMut(Stroke) -> bool,
+) {
     let mut used = vec![false; strokes.len()];
-    let mut out = Vec::with_capacity(strokes.len());
     for first in 0..strokes.len() {
         if used[first] {
             continue;
@@ -97,16 +137,19 @@ fn follow(strokes: Vec<Stroke>, links: &[[Option<usize>; 2]]) -> Vec<Stroke> {
         }
         let start = enter / 2;
         let closed = links[enter / 2][enter % 2].is_some();
-        let mut joined = Stroke { points: Vec::new(), ..strokes[start].clone() };
+        let Stroke { kind, surface, style, level, qi, certainty, .. } = strokes[start];
+        let mut joined = Stroke { kind, surface, style, level, qi, certainty, points: Vec::new() };
         loop {
             let k = enter / 2;
             used[k] = true;
-            let skip = usize::from(!joined.points.is_empty());
-            let points = &strokes[k].points;
-            if enter.is_multiple_of(2) {
-                joined.points.extend(points.iter().skip(skip));
+            let mut own = points(k);
+            if !enter.is_multiple_of(2) {
+                own.reverse();
+            }
+            if joined.points.is_empty() {
+                joined.points = own;
             } else {
-                joined.points.extend(points.iter().rev().skip(skip));
+                joined.points.extend(own.drain(1..));
             }
             joined.certainty = joined.certainty.max(strokes[k].certainty);
             match links[k][(enter % 2) ^ 1] {
@@ -121,9 +164,10 @@ fn follow(strokes: Vec<Stroke>, links: &[[Option<usize>; 2]]) -> Vec<Stroke> {
                 *last = begin;
             }
         }
-        out.push(joined);
+        if !draw(joined) {
+            return;
+        }
     }
-    out
 }
 
 #[cfg(test)]
@@ -181,6 +225,25 @@ mod tests {
         let got = chain(vec![stroke(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]])], 1e-6, 1e-6);
         assert_eq!(got.len(), 1);
         assert_eq!(got[0].points.len(), 4);
+    }
+
+    #[test]
+    fn outlines_are_chained_as_the_strokes_are() {
+        let wave = |from: f64, n: usize| {
+            let points: Vec<[f64; 2]> = (0..=n).map(|k| [from + k as f64, (k % 3) as f64]).collect();
+            stroke(&points)
+        };
+        let strokes = vec![wave(0.0, 9), wave(9.0, 3), wave(12.0, 6), wave(30.0, 1), wave(31.0, 2)];
+        let mut outlines = strokes.clone();
+        outlines.iter_mut().for_each(|s| s.points = outline(mem::take(&mut s.points)));
+        assert!(outlines.iter().all(|s| s.points.len() <= 4));
+        let mut drawn = Vec::new();
+        chain_each(&outlines, 1e-6, 1e-6, &mut |k| strokes[k].points.clone(), &mut |s| {
+            drawn.push(s);
+            true
+        });
+        assert_eq!(drawn, chain(strokes, 1e-6, 1e-6));
+        assert!(drawn.len() < 5);
     }
 
     #[test]

@@ -21,6 +21,21 @@ pub fn flatten(
     tolerance: f64,
     stop: Stop<'_>,
 ) -> Vec<Stroke> {
+    let runs = runs(sightings);
+    // A closed curve seen from end to end is one closed stroke; one cut at its seam only is joined there by chaining.
+    let line =
+        |s: &Sighting| stroke(curves, s, if stop.is_wanted() { Vec::new() } else { points(g, curves, s, tolerance) });
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        runs.par_iter().map(line).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    runs.iter().map(line).collect()
+}
+
+/// Sightings of one curve with equal visibility that follow one another made one.
+pub(crate) fn runs(sightings: &[Sighting]) -> Vec<Sighting> {
     let mut runs: Vec<Sighting> = Vec::with_capacity(sightings.len());
     for s in sightings {
         match runs.last_mut() {
@@ -31,20 +46,18 @@ pub fn flatten(
             _ => runs.push(s.clone()),
         }
     }
-    // A closed curve seen from end to end is one closed stroke; one cut at its seam only is joined there by chaining.
-    let line = |s: &Sighting| {
-        let curve = &curves[s.curve];
-        let points = if stop.is_wanted() { Vec::new() } else { polyline(g, curve, s.t, tolerance) };
-        let SurfaceCurve { kind, surface, style, level, .. } = *curve;
-        Stroke { kind, surface, style, level, qi: s.qi, certainty: s.certainty, points }
-    };
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        runs.par_iter().map(line).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    runs.iter().map(line).collect()
+    runs
+}
+
+/// The stroke of a run with these vertices.
+pub(crate) fn stroke(curves: &[SurfaceCurve], run: &Sighting, points: Vec<StrokePoint>) -> Stroke {
+    let SurfaceCurve { kind, surface, style, level, .. } = curves[run.curve];
+    Stroke { kind, surface, style, level, qi: run.qi, certainty: run.certainty, points }
+}
+
+/// The vertices of a run.
+pub(crate) fn points(g: &Geometry<'_>, curves: &[SurfaceCurve], run: &Sighting, tolerance: f64) -> Vec<StrokePoint> {
+    polyline(g, &curves[run.curve], run.t, tolerance)
 }
 
 fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64) -> Vec<StrokePoint> {

@@ -116,14 +116,20 @@ impl Occluders {
     /// equal hits. O(n log n) in the number of cells.
     #[must_use]
     pub fn new(patches: &[Patch], stop: Stop<'_>) -> Self {
-        Self::trimmed(patches, &|_| None, stop)
+        Self::trimmed(patches, &|_| None, usize::MAX, stop)
     }
 
     /// As [`new`](Self::new), with what `trims` says of a surface, by its index: cells that are cut off as a whole are
     /// left out, and in those that a trim curve enters each root is asked for (Elber and Cohen 1989, section 6, stage
-    /// 2).
+    /// 2). There are no more cells than `most`, or one a patch if that is more; sight lines cut cells that are not regular
+    /// further themselves.
     #[must_use]
-    pub fn trimmed<'a>(patches: &[Patch], trims: &dyn Fn(usize) -> Option<&'a Trims>, stop: Stop<'_>) -> Self {
+    pub fn trimmed<'a>(
+        patches: &[Patch],
+        trims: &dyn Fn(usize) -> Option<&'a Trims>,
+        most: usize,
+        stop: Stop<'_>,
+    ) -> Self {
         let (mut lo, mut hi, mut reach) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
         for h in patches.iter().flat_map(|p| &p.points) {
             let x = h.truncate() / h.w;
@@ -147,6 +153,7 @@ impl Occluders {
         };
         let doublings = patches.len().max(1).ilog2();
         let halvings = MOST_HALVINGS.saturating_sub(doublings).max(LEAST_HALVINGS);
+        let halvings = halvings.min((most / patches.len().max(1)).max(1).ilog2());
         let mut equations = Equations::EMPTY;
         let mut last = None;
         for (index, patch) in patches.iter().enumerate() {

@@ -523,7 +523,7 @@ fn a_trimmed_sheet_counts_where_it_is_kept() {
     for kept in [0, 1] {
         let only = |surface: usize| Some(&trims[kept]).filter(|_| surface == kept);
         let own: Vec<Patch> = patches.iter().filter(|p| p.surface == kept).cloned().collect();
-        let o = Occluders::trimmed(&own, &only, Stop::NEVER);
+        let o = Occluders::trimmed(&own, &only, usize::MAX, Stop::NEVER);
         let mut scratch = RayScratch::new();
         for k in 0..200 {
             let angle = 0.7 + 0.4 * f64::from(k);
@@ -542,7 +542,7 @@ fn a_trimmed_sheet_counts_where_it_is_kept() {
 #[test]
 fn what_fills_a_hole_counts_one_sheet_on_its_border_too() {
     let (patches, trims) = disc_and_rest();
-    let o = Occluders::trimmed(&patches, &|s| Some(&trims[s]), Stop::NEVER);
+    let o = Occluders::trimmed(&patches, &|s| Some(&trims[s]), usize::MAX, Stop::NEVER);
     let mut scratch = RayScratch::new();
     for k in 0..200 {
         let angle = 0.7 + 0.4 * f64::from(k);
