@@ -2,16 +2,17 @@
 //! hash over their coordinates.
 //!
 //!     penvis pack pawn -o pawn.bin
-//!     cargo run --release -p penvis-firmware --features scene --example chip pawn.bin
+//!     cargo run --release -p penvis-firmware --features scene --example chip pawn.bin [CELLS]
 //!
-//! Pointers and lengths take twice the room here that they take on a chip of 32 bits.
+//! Pointers and lengths take twice the room here that they take on a chip of 32 bits. Without CELLS patches are not cut ahead of the
+//! sight lines.
 
 use std::cell::Cell;
 use std::sync::Mutex;
 
 use peak_alloc::PeakAlloc;
-use penvis_core::pipeline::{Monitor, Prepared, Stage};
-use penvis_firmware::scene::StoredScene;
+use penvis_core::pipeline::{Monitor, Stage};
+use penvis_firmware::scene::draw;
 
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
@@ -22,7 +23,7 @@ struct Stages(Mutex<Cell<Option<Stage>>>);
 impl Stages {
     fn end(&self, next: Option<Stage>) {
         if let Some(stage) = self.0.lock().expect("one thread").replace(next) {
-            println!("{stage:?}: peak {}, after {}", HEAP.peak_usage(), HEAP.current_usage());
+            println!("{stage:?}: {} bytes at most", HEAP.peak_usage());
         }
         HEAP.reset_peak_usage();
     }
@@ -35,18 +36,23 @@ impl Monitor for Stages {
 }
 
 fn main() {
-    let path = std::env::args().nth(1).expect("a stored scene");
+    let mut words = std::env::args().skip(1);
+    let path = words.next().expect("a stored scene");
+    let cells = words.next().map_or(0, |n| n.parse().expect("a number of cells"));
     let bytes = std::fs::read(path).expect("a file");
-    let before = HEAP.current_usage();
-    let stored = StoredScene::unpack(&bytes).expect("a scene");
-    println!("file {} bytes, unpacked {}", bytes.len(), HEAP.current_usage() - before);
     let stages = Stages(Mutex::new(Cell::new(None)));
-    let camera = stored.sight.camera().expect("checked");
-    let prepared =
-        Prepared::styled(&stored.scene, &camera, &stored.options, stored.styles(), &stages).expect("a picture");
-    println!("{} curves, {} patches", prepared.curves().len(), prepared.stats().patches);
-    let traced = prepared.trace(stored.tolerance, &stages).expect("never stopped");
+    let mut lines = 0;
+    let figures = draw(&bytes, cells, &stages, &mut |_| {
+        lines += 1;
+        true
+    });
+    let figures = figures.expect("a scene that can be drawn");
     stages.end(None);
-    let points: usize = traced.strokes.iter().map(|s| s.points.len()).sum();
-    println!("{} strokes, {points} points; {:?}", traced.strokes.len(), traced.stats);
+    println!(
+        "{} bytes of scene, {lines} lines, {} strokes, {} points, hash {:016x}",
+        bytes.len(),
+        figures.strokes,
+        figures.points,
+        figures.hash
+    );
 }

@@ -360,7 +360,7 @@ fn a_packed_scene_holds_the_model_and_its_place_on_the_paper() {
     // The picture fills the sheet of 210 mm by 148 mm up to its margin in one direction, and is in its middle.
     let camera = stored.sight.camera().unwrap();
     let prepared = Prepared::styled(&stored.scene, &camera, &stored.options, stored.styles(), &()).unwrap();
-    let [low, high] = prepared.extent().map(|corner| stored.to_machine(corner));
+    let [low, high] = prepared.extent().map(|corner| stored.program.to_machine(corner));
     assert!((low + high - DVec2::new(210.0, 148.0)).length() < 1e-9, "{low} {high}");
     let free = low.min_element();
     assert!((free - 14.8).abs() < 1e-3, "{low} {high}");

@@ -79,6 +79,13 @@ pub struct Program {
 }
 
 impl Program {
+    /// A point of the screen in the machine's mm.
+    #[must_use]
+    pub fn to_machine(&self, screen: DVec2) -> DVec2 {
+        let [x, y] = self.map.map(|[a, b, c]| a * screen.x + b * screen.y + c);
+        DVec2::new(x, y)
+    }
+
     fn lines(&self) -> [&str; 4] {
         [&self.start, &self.down, &self.up, &self.end]
     }
@@ -252,13 +259,6 @@ impl StoredScene {
     pub fn styles(&self) -> Styles {
         Styles::new(self.looks.iter().map(|look| look.style).collect())
     }
-
-    /// A point of the screen in the machine's mm.
-    #[must_use]
-    pub fn to_machine(&self, screen: DVec2) -> DVec2 {
-        let [x, y] = self.program.map.map(|[a, b, c]| a * screen.x + b * screen.y + c);
-        DVec2::new(x, y)
-    }
 }
 
 /// Most isocurves a direction.
@@ -268,7 +268,7 @@ const MOST_ISOS: u32 = 1000;
 const LARGEST_COORDINATE: f64 = 1e50;
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use alloc::vec;
 
     use penvis_core::extract::CurveSet;
@@ -279,7 +279,7 @@ mod tests {
     use crate::scene::HEADER_BYTES;
 
     /// A torus before a plane with a triangle cut out, one of them a facet.
-    fn scene() -> StoredScene {
+    pub(in crate::scene) fn scene() -> StoredScene {
         let ring = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
         let sheet = plane(DVec3::new(-5.0, -5.0, -2.0), 10.0 * DVec3::X, 10.0 * DVec3::Y).unwrap();
         let corners = [DVec3::ZERO, DVec3::X, DVec3::ONE.with_z(0.0), DVec3::Y, DVec3::ZERO];
