@@ -3,11 +3,8 @@
 use super::{Finding, Repeated, Severity, whole};
 use crate::device::{Device, Handshake, Hpgl};
 use crate::protocol::Unit;
-use crate::protocol::hpgl::Job;
+use crate::protocol::hpgl::{Job, RESERVE};
 use crate::trace::hpgl::{Action, Motion, Path, State};
-
-/// Bytes of the buffer that the protocol keeps free.
-const RESERVE: usize = 8;
 
 /// What is wrong with a job for a device.
 pub(super) fn job(job: &Job, device: &Device, language: &Hpgl) -> Vec<Finding> {

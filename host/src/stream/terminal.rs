@@ -36,6 +36,9 @@ pub struct Terminal {
     told: bool,
     estimate: Estimate,
     progress: Progress,
+    /// Pieces that were acknowledged when the conversation began, and whether there are more: before, no key would do anything.
+    first: Option<usize>,
+    begun: bool,
     last_line: Instant,
     keys: Keys,
     raw: Option<RawMode>,
@@ -75,6 +78,8 @@ impl Terminal {
             told: false,
             estimate: Estimate::new(course),
             progress: Progress::default(),
+            first: None,
+            begun: false,
             last_line: Instant::now(),
             keys: Keys::new(),
             raw: None,
@@ -116,7 +121,7 @@ impl Terminal {
 
     /// Takes the keys that were pressed.
     fn take_keys(&mut self) {
-        if !self.takes_keys || self.since.elapsed() < PATIENCE || self.progress.total == 0 {
+        if !self.takes_keys || self.since.elapsed() < PATIENCE || !self.begun {
             return;
         }
         if self.raw.is_none() {
@@ -196,6 +201,8 @@ fn is_in_front() -> bool {
 impl Observer for Terminal {
     fn progress(&mut self, progress: Progress) {
         self.progress = progress;
+        let first = *self.first.get_or_insert(progress.acknowledged);
+        self.begun |= progress.acknowledged > first;
         self.show();
     }
 

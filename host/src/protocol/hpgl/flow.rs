@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::device::Handshake;
 
 /// Bytes of the buffer that stay free, for a question where the plotter is (6 bytes), and repetitions of it (3 each).
-const RESERVE: usize = 16;
+pub(crate) const RESERVE: usize = 16;
 /// Fewer free bytes than this might be an answer to `OE;`: where `ESC.B` is asked there are more.
 pub(super) const FREE_MIN: usize = 9;
 /// Most bytes that may wait in the port itself where the plotter stops the line: they come after it has said so.

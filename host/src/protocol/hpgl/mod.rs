@@ -26,6 +26,7 @@ mod words;
 use std::collections::VecDeque;
 use std::time::Duration;
 
+pub(crate) use flow::RESERVE;
 pub use job::{Job, JobError};
 
 use super::{Control, Event, Fault, Lines, Place, Progress, Protocol, Unit};
