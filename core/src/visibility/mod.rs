@@ -14,6 +14,7 @@
 mod certainty;
 mod classify;
 mod coverage;
+mod crack;
 mod hierarchy;
 mod leaf;
 mod links;
@@ -23,6 +24,7 @@ mod ray;
 
 pub use certainty::Certainty;
 pub use classify::{ClassifyOptions, Doubt, Method, Sighting, Subject, VisibilityStats, classify};
+pub use crack::Cracks;
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 

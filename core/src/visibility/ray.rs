@@ -1,10 +1,12 @@
 //! Point queries: the sheets that one sight line meets.
 
 use alloc::vec::Vec;
+use core::cmp::Ordering;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::coverage::{Sector, coverage};
+use super::coverage::{SAME_DIRECTION, Sector, coverage};
+use super::crack::{Crack, Cracks, is_own};
 use super::hierarchy::{Leaf, Occluders, PatchInfo};
 use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
 use super::pole::{Fan, Pole, pole_fan};
@@ -30,6 +32,9 @@ const BUDGET: u32 = 4096;
 
 /// Rounding error of a root, as part of its cell, from which on it counts as grazing.
 const GRAZING: f64 = 1e-2;
+
+/// Difference of direction, in radians, below which the sides of an edge are one where they are apart.
+const APART: f64 = 0.02;
 
 /// A place on a surface that a query must not count: the point's own sheet, or the same place seen from a stitched
 /// neighbour.
@@ -240,12 +245,52 @@ impl Occluders {
             let (group, others) = rest.split_at(n);
             scratch.sectors.clear();
             scratch.sectors.extend(group.iter().filter_map(|c| c.sector));
-            let (low, high) = coverage(&scratch.sectors, &mut scratch.events);
+            let (low, high) = coverage(&scratch.sectors, SAME_DIRECTION, &mut scratch.events);
             answer.qi += low;
             if low != high {
                 answer.doubt(Unclear::Border);
             }
             rest = others;
+        }
+        answer
+    }
+
+    /// As [`query`](Self::query), among edges whose sides are apart: a sight line through the gap between the sides of such an
+    /// edge, or through both where they overlap, meets what it would if they were one.
+    #[must_use]
+    pub fn query_among(
+        &self,
+        p: DVec3,
+        exclude: &[Exclusion],
+        cracks: &Cracks<'_>,
+        scratch: &mut RayScratch,
+    ) -> RayAnswer {
+        let contact = self.tolerances.contact;
+        let mut cracks = cracks.at(p.truncate());
+        let is_behind = |c: &Crack| c.faces.iter().all(|face| face.above(p, contact) == Ordering::Less);
+        cracks.retain(|c| !is_behind(c) && !is_own(c, exclude));
+        if cracks.is_empty() {
+            return self.query(p, exclude, scratch);
+        }
+        let known = || cracks.iter().filter(|c| !c.doubtful);
+        let places = known().flat_map(|c| &c.faces).map(|face| face.place);
+        let exclude: Vec<Exclusion> = exclude.iter().copied().chain(places).collect();
+        let mut answer = self.query(p, &exclude, scratch);
+        for crack in known() {
+            if crack.faces.iter().any(|face| face.above(p, contact) != Ordering::Greater) {
+                answer.doubt(Unclear::Contact);
+                continue;
+            }
+            scratch.sectors.clear();
+            scratch.sectors.extend(crack.faces.iter().map(|face| face.sector));
+            let (low, high) = coverage(&scratch.sectors, APART, &mut scratch.events);
+            answer.qi += low;
+            if low != high {
+                answer.doubt(Unclear::Border);
+            }
+        }
+        if cracks.iter().any(|c| c.doubtful) {
+            answer.doubt(Unclear::Border);
         }
         answer
     }
@@ -259,7 +304,7 @@ impl Occluders {
         let close = (a.hit.z - b.hit.z).abs() <= 2.0 * self.tolerances.border * (a.slope + b.slope);
         // Two patches on either side of a border, one with its parameters reversed, are not a fold.
         let overlap = match (a.sector, b.sector) {
-            (Some(a), Some(b)) => coverage(&[a, b], events).1 > 1,
+            (Some(a), Some(b)) => coverage(&[a, b], SAME_DIRECTION, events).1 > 1,
             _ => true,
         };
         sides && close && overlap
@@ -632,7 +677,7 @@ fn meets(lo: DVec2, hi: DVec2, window: Window) -> bool {
 }
 
 /// Nearest first; ties by patch and place, so that the order does not depend on that of the visits.
-fn nearest_first(a: &Crossing, b: &Crossing) -> core::cmp::Ordering {
+fn nearest_first(a: &Crossing, b: &Crossing) -> Ordering {
     let by = |x: f64, y: f64| x.total_cmp(&y);
     by(b.hit.z, a.hit.z).then(a.hit.patch.cmp(&b.hit.patch)).then(by(a.at.x, b.at.x)).then(by(a.at.y, b.at.y))
 }
