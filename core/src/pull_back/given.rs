@@ -284,8 +284,9 @@ mod tests {
             assert!(uv(&part, a).distance(uv(&image, 0.0)) < 1e-12 && uv(&part, b).distance(uv(&image, 1.0)) < 1e-12);
             assert!(sheet.given(&part, &curve, 1e-9).is_ok());
         }
-        // Both ends are where the curve ends.
-        assert!(sheet.part(&longer, [2.0, 3.0], ends).is_err());
+        // From a parameter that is nowhere near, what is found is not over the curve.
+        let part = sheet.part(&longer, [2.0, 3.0], ends).unwrap();
+        assert!(sheet.given(&part, &curve, 1e-9).is_err());
     }
 
     /// A curve beside its surface is compared along the surface.

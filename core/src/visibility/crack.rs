@@ -6,11 +6,12 @@
 //! that ends on the sight line.
 
 use alloc::vec::Vec;
+use core::cmp::Ordering;
 
 use glam::{DVec2, DVec3};
 
-use super::Exclusion;
-use super::coverage::Sector;
+use super::coverage::{Sector, coverage};
+use super::{Exclusion, Occluders, RayAnswer, RayScratch, Unclear};
 use crate::grid::Grid;
 use crate::line::{Axis, foot};
 use crate::stitch::{Edge, SidePath, Stitching};
@@ -26,6 +27,9 @@ const WIDE: f64 = 2.0;
 /// Largest part of a patch that is left out beside a crack: where more of it would be, because it is seen nearly edge-on or is
 /// no larger than the crack, nothing is left out, and the sight line is not clear.
 const MOST: f64 = 0.05;
+
+/// Difference of direction, in radians, below which the sides of an edge are one.
+const APART: f64 = 0.02;
 
 /// How far the sheet beside a crack may bend: its half plane and what is left out of it are those of its tangent plane.
 const BEND: f64 = 1.5;
@@ -200,7 +204,14 @@ impl<'a> Cracks<'a> {
         let reach = BEND * (q.distance(jet.p.truncate()) + width);
         let part = DVec2::new(rows[0].length(), rows[1].length()) * reach;
         let slope = (rows[0] * jet.du.z + rows[1] * jet.dv.z).length();
-        let known = part.cmple(DVec2::splat(MOST)).all();
+        let corners = [DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];
+        let turns = |corner: &DVec2| {
+            let at = (local + *corner * part).clamp(DVec2::ZERO, DVec2::ONE);
+            let there = patch.jet(at.x, at.y);
+            there.du.truncate().perp_dot(there.dv.truncate()) * det <= 0.0
+        };
+        // Over a fold there would be two sheets.
+        let known = part.cmple(DVec2::splat(MOST)).all() && !corners.iter().any(turns);
         let (surface, uv) = (path.surface(), path.uv(t));
         let radius = if known { part * size } else { DVec2::ZERO };
         let room = if known { slope * reach } else { 0.0 };
@@ -218,15 +229,56 @@ pub(super) fn is_own(crack: &Crack, exclude: &[Exclusion]) -> bool {
 
 impl Face {
     /// How the face lies to a point in depth, contact within `contact`: in front of it, behind it, or neither.
-    pub(super) fn above(&self, p: DVec3, contact: f64) -> core::cmp::Ordering {
+    pub(super) fn above(&self, p: DVec3, contact: f64) -> Ordering {
         let (above, room) = (self.z - p.z, self.room + contact);
         if above > room {
-            core::cmp::Ordering::Greater
+            Ordering::Greater
         } else if above < -room {
-            core::cmp::Ordering::Less
+            Ordering::Less
         } else {
-            core::cmp::Ordering::Equal
+            Ordering::Equal
         }
+    }
+}
+
+impl Occluders {
+    /// As [`query`](Self::query), among edges whose sides are apart: a sight line through the gap between the sides of such an
+    /// edge, or through both where they overlap, meets what it would if they were one.
+    #[must_use]
+    pub fn query_among(
+        &self,
+        p: DVec3,
+        exclude: &[Exclusion],
+        cracks: &Cracks<'_>,
+        scratch: &mut RayScratch,
+    ) -> RayAnswer {
+        let contact = self.resolution();
+        let mut cracks = cracks.at(p.truncate());
+        let is_behind = |c: &Crack| c.faces.iter().all(|face| face.above(p, contact) == Ordering::Less);
+        cracks.retain(|c| !is_behind(c) && !is_own(c, exclude));
+        if cracks.is_empty() {
+            return self.query(p, exclude, scratch);
+        }
+        let known = || cracks.iter().filter(|c| !c.doubtful);
+        let places = known().flat_map(|c| &c.faces).map(|face| face.place);
+        let exclude: Vec<Exclusion> = exclude.iter().copied().chain(places).collect();
+        let mut answer = self.query(p, &exclude, scratch);
+        for crack in known() {
+            if crack.faces.iter().any(|face| face.above(p, contact) != Ordering::Greater) {
+                answer.doubt(Unclear::Contact);
+                continue;
+            }
+            let sectors: Vec<Sector> = crack.faces.iter().map(|face| face.sector).collect();
+            let (low, high) = coverage(&sectors, APART, &mut Vec::new());
+            answer.qi += low;
+            if low != high {
+                answer.doubt(Unclear::Border);
+            }
+        }
+        if cracks.iter().any(|c| c.doubtful) {
+            answer.doubt(Unclear::Border);
+        }
+        answer
     }
 }
 

@@ -9,6 +9,8 @@
 //! A piece of a curve has one quantitative invisibility. It is asked for by rays, or carried over from pieces that it is
 //! linked to; see [`Method`].
 //!
+//! Where the sides of one edge are apart, or overlap, a sight line meets what it would if they were one; see [`Cracks`].
+//!
 //! What a point lies on is excluded by identity, surface and parameters, never by an offset in depth.
 
 mod certainty;

@@ -6,7 +6,6 @@ use core::cmp::Ordering;
 use glam::{DVec2, DVec3, DVec4};
 
 use super::coverage::{SAME_DIRECTION, Sector, coverage};
-use super::crack::{Crack, Cracks, is_own};
 use super::hierarchy::{Leaf, Occluders, PatchInfo};
 use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
 use super::pole::{Fan, Pole, pole_fan};
@@ -32,9 +31,6 @@ const BUDGET: u32 = 4096;
 
 /// Rounding error of a root, as part of its cell, from which on it counts as grazing.
 const GRAZING: f64 = 1e-2;
-
-/// Difference of direction, in radians, below which the sides of an edge are one where they are apart.
-const APART: f64 = 0.02;
 
 /// A place on a surface that a query must not count: the point's own sheet, or the same place seen from a stitched
 /// neighbour.
@@ -95,7 +91,7 @@ pub struct RayAnswer {
 }
 
 impl RayAnswer {
-    fn doubt(&mut self, why: Unclear) {
+    pub(super) fn doubt(&mut self, why: Unclear) {
         self.clear = false;
         self.reason.get_or_insert(why);
     }
@@ -251,46 +247,6 @@ impl Occluders {
                 answer.doubt(Unclear::Border);
             }
             rest = others;
-        }
-        answer
-    }
-
-    /// As [`query`](Self::query), among edges whose sides are apart: a sight line through the gap between the sides of such an
-    /// edge, or through both where they overlap, meets what it would if they were one.
-    #[must_use]
-    pub fn query_among(
-        &self,
-        p: DVec3,
-        exclude: &[Exclusion],
-        cracks: &Cracks<'_>,
-        scratch: &mut RayScratch,
-    ) -> RayAnswer {
-        let contact = self.tolerances.contact;
-        let mut cracks = cracks.at(p.truncate());
-        let is_behind = |c: &Crack| c.faces.iter().all(|face| face.above(p, contact) == Ordering::Less);
-        cracks.retain(|c| !is_behind(c) && !is_own(c, exclude));
-        if cracks.is_empty() {
-            return self.query(p, exclude, scratch);
-        }
-        let known = || cracks.iter().filter(|c| !c.doubtful);
-        let places = known().flat_map(|c| &c.faces).map(|face| face.place);
-        let exclude: Vec<Exclusion> = exclude.iter().copied().chain(places).collect();
-        let mut answer = self.query(p, &exclude, scratch);
-        for crack in known() {
-            if crack.faces.iter().any(|face| face.above(p, contact) != Ordering::Greater) {
-                answer.doubt(Unclear::Contact);
-                continue;
-            }
-            scratch.sectors.clear();
-            scratch.sectors.extend(crack.faces.iter().map(|face| face.sector));
-            let (low, high) = coverage(&scratch.sectors, APART, &mut scratch.events);
-            answer.qi += low;
-            if low != high {
-                answer.doubt(Unclear::Border);
-            }
-        }
-        if cracks.iter().any(|c| c.doubtful) {
-            answer.doubt(Unclear::Border);
         }
         answer
     }
