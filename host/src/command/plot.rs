@@ -56,8 +56,9 @@ pub struct PlotArgs {
     /// GRBL: let the controller read the whole job before it draws, in its check mode, and say which lines it refuses
     #[arg(long, conflicts_with = "resume")]
     pub check: bool,
-    /// HPGL: how the plotter's buffer is kept from overflowing [default: the device's, which is auto where it says nothing]
-    #[arg(long, value_name = "NAME", conflicts_with = "resume")]
+    /// HPGL: how the plotter's buffer is kept from overflowing [default: the device's, which is auto where it says nothing;
+    /// with --resume, as the plot was begun]
+    #[arg(long, value_name = "NAME")]
     pub handshake: Option<Handshake>,
     /// With --port sim: file for what the simulated plotter drew, .svg or .png [default: JOB-ink.svg in the current folder]
     #[arg(long, value_name = "FILE")]
@@ -250,12 +251,7 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     let sim = SimName::parse(&args.port).transpose()?;
     let profile = args.device.as_deref().unwrap_or(default_device(sim.as_ref(), format));
     let mut device = device::find(profile).map_err(Error::from)?;
-    if let Some(handshake) = args.handshake {
-        let Language::Hpgl(language) = &mut device.language else {
-            return Err(PlotError::Handshake { device: device.name.clone(), speaks: device.language.name() });
-        };
-        language.handshake = handshake;
-    }
+    choose_handshake(&mut device, args.handshake)?;
     if args.check && !matches!(device.language, Language::Grbl(_)) {
         return Err(PlotError::Check { device: device.name.clone(), speaks: device.language.name() });
     }
@@ -294,7 +290,10 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
             simulate(&job, conversation, &device, *port, faults, &ink, interface)
         }
         Destination::Port(path) => {
-            let profile = device::resolved_toml(profile).map_err(Error::from)?;
+            let mut profile = device::resolved_toml(profile).map_err(Error::from)?;
+            if let Some(handshake) = args.handshake {
+                profile = device::with_handshake(&profile, handshake).map_err(Error::from)?;
+            }
             let line = port::Line { path, baud, device: &device };
             if args.preflight {
                 return port::ask(&job, &line, args.check);
@@ -318,6 +317,18 @@ fn file(jobs: &[String]) -> Result<Option<&Path>, PlotError> {
         Some(other) => Err(PlotError::Several { file: file.clone(), other: other.clone() }),
         None => Ok(Some(Path::new(file))),
     }
+}
+
+/// Has an HPGL plotter's buffer kept from overflowing as the user says, if the user says so.
+fn choose_handshake(device: &mut Device, handshake: Option<Handshake>) -> Result<(), PlotError> {
+    match (&mut device.language, handshake) {
+        (_, None) => {}
+        (Language::Hpgl(language), Some(handshake)) => language.handshake = handshake,
+        (language, Some(_)) => {
+            return Err(PlotError::Handshake { device: device.name.clone(), speaks: language.name() });
+        }
+    }
+    Ok(())
 }
 
 fn default_device(sim: Option<&SimName>, format: Option<Format>) -> &'static str {

@@ -138,6 +138,24 @@ pub fn resolved_toml(name: &str) -> Result<String, DeviceError> {
     })
 }
 
+/// The text of an HPGL plotter's profile, as [`resolved_toml`] gives it, in which its buffer is kept from overflowing in this way.
+///
+/// # Errors
+/// [`DeviceError`]: a text that is no profile.
+pub fn with_handshake(profile: &str, handshake: Handshake) -> Result<String, DeviceError> {
+    let bad = |what: String| DeviceError::Profile {
+        file: "--handshake".to_owned(),
+        line: None,
+        what: crate::message::one_line(&what),
+    };
+    let mut table: toml::Table = toml::from_str(profile).map_err(|e| bad(e.to_string()))?;
+    let value = toml::Value::try_from(handshake).map_err(|e| bad(e.to_string()))?;
+    if let toml::Value::Table(hpgl) = table.entry("hpgl").or_insert_with(|| toml::Table::new().into()) {
+        hpgl.insert("handshake".to_owned(), value);
+    }
+    toml::to_string(&table).map_err(|e| bad(e.to_string()))
+}
+
 impl Device {
     /// The device that the text of a profile describes; `file` is what messages call it.
     ///
@@ -154,6 +172,14 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+
+    #[test]
+    fn a_handshake_that_is_chosen_is_kept_with_the_profile() {
+        let text = with_handshake(&resolved_toml("hp7475a").unwrap(), Handshake::EnqAck).unwrap();
+        let Language::Hpgl(language) = Device::from_toml(&text, "test").unwrap().language else { panic!("no HPGL") };
+        assert_eq!(language.handshake, Handshake::EnqAck);
+        assert!(with_handshake("[", Handshake::Oa).is_err());
+    }
 
     #[test]
     fn built_in_profiles_are_right_and_bear_their_own_names() {

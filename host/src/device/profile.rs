@@ -1,6 +1,6 @@
 //! What a profile file may say, and the checked profile made from it.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::DeviceError;
 use super::gcode::{Gcode, RawGcode, Wrong, nonzero, positive, wrong};
@@ -63,7 +63,7 @@ pub struct Hpgl {
 }
 
 /// How an HPGL plotter's buffer is kept from overflowing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Handshake {
     /// The first of the others that the plotter knows, in their order.

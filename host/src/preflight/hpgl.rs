@@ -13,21 +13,10 @@ pub(super) fn job(job: &Job, device: &Device, language: &Hpgl) -> Vec<Finding> {
     let (unfollowed, lists, long): (&mut Repeated, &mut Repeated, &mut Repeated) =
         (&mut unfollowed, &mut lists, &mut long);
     let (pens, speeds): (&mut Repeated, &mut Repeated) = (&mut pens, &mut speeds);
-    let mut reached: Option<[[i64; 2]; 2]> = None;
     for (index, instruction) in job.instructions().iter().enumerate() {
         let number = index + 1;
         let action = state.follow(instruction);
         let verbatim = match action {
-            Action::Move(Motion { path: Path::Through(points), .. }) => {
-                for point in points {
-                    let [low, high] = reached.get_or_insert([point; 2]);
-                    for axis in 0..2 {
-                        low[axis] = low[axis].min(point[axis]);
-                        high[axis] = high[axis].max(point[axis]);
-                    }
-                }
-                false
-            }
             Action::Move(Motion { path: Path::Unknown, .. }) => {
                 let points = instruction.iter().filter(|byte| **byte == b',').count().div_ceil(2);
                 if points > language.list_points {
@@ -85,10 +74,27 @@ pub(super) fn job(job: &Job, device: &Device, language: &Hpgl) -> Vec<Finding> {
             "it does not begin with IN; or DF;, so that an earlier job may have scaled or turned its coordinates";
         findings.push(whole(Severity::Warning, what.into()));
     }
-    findings.extend(reached.and_then(|reached| limits(reached, device)));
+    findings.extend(reached(job).and_then(|reached| limits(reached, device)));
     let repeated = [pens, speeds, lists, long, unfollowed];
     findings.extend(repeated.into_iter().filter_map(|found| std::mem::take(found).finish(Unit::Instruction)));
     findings
+}
+
+/// The least and the greatest coordinates that a job goes to, in plotter units, as far as they are known.
+pub(super) fn reached(job: &Job) -> Option<[[i64; 2]; 2]> {
+    let mut state = State::unknown();
+    let mut reached: Option<[[i64; 2]; 2]> = None;
+    for instruction in job.instructions() {
+        let Action::Move(Motion { path: Path::Through(points), .. }) = state.follow(instruction) else { continue };
+        for point in points {
+            let [low, high] = reached.get_or_insert([point; 2]);
+            for axis in 0..2 {
+                low[axis] = low[axis].min(point[axis]);
+                high[axis] = high[axis].max(point[axis]);
+            }
+        }
+    }
+    reached
 }
 
 /// A job that leaves the hard-clip limits.

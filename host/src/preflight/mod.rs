@@ -1,18 +1,21 @@
 //! What would go wrong with a job, said before the plotter has moved.
 //!
 //! [`job`] holds the exact bytes of a job against the profile of its device; [`told`] holds it against what a GRBL controller
-//! tells of itself, which [`Probe`] asks for; [`Check`] lets the controller read the whole job in its check mode.
+//! tells of itself, which [`Probe`] asks for; [`Check`] lets the controller read the whole job in its check mode. [`Window`] asks an HPGL
+//! plotter where its pens can go.
 
 mod check;
 mod gcode;
 mod hpgl;
 mod probe;
+mod window;
 
 use std::fmt;
 
 pub use check::Check;
 pub use gcode::told;
 pub use probe::{Probe, Told};
+pub use window::Window;
 
 use crate::device::{Device, Language};
 use crate::protocol::{Event, Unit, grbl};

@@ -5,9 +5,9 @@ use serialport::SerialPort;
 use super::{Job, PlotError};
 use crate::device::{Device, Language};
 use crate::interrupt;
-use crate::preflight::{Check, Finding, Probe, Severity, told};
-use crate::protocol::grbl;
+use crate::preflight::{Check, Finding, Probe, Severity, Window, told};
 use crate::protocol::{Control, Progress, Protocol};
+use crate::protocol::{grbl, hpgl};
 use crate::stream::{self, Clock, Observer};
 
 /// Prints what was found, a line each; the first error is that of the command.
@@ -25,8 +25,8 @@ pub(super) fn report(job: &Job, findings: &[Finding]) -> Result<(), PlotError> {
     }
 }
 
-/// Asks the controller at a port for what matters to the job, and with `check` lets it read all of the job; nothing moves.
-/// Only GRBL can be asked.
+/// Asks the plotter at a port for what matters to the job, and with `check` lets it read all of the job; nothing moves.
+/// GRBL tells its settings, and HPGL plotters tell where their pens can go.
 ///
 /// # Errors
 /// As [`report`], and what went wrong on the way.
@@ -37,19 +37,26 @@ pub(super) fn ask(
     device: &Device,
     check: bool,
 ) -> Result<(), PlotError> {
-    let Language::Grbl(language) = &device.language else {
-        return if check {
-            Err(PlotError::Check { device: device.name.clone(), speaks: device.language.name() })
-        } else {
-            Ok(())
-        };
-    };
-    let lines = grbl::Job::new(&String::from_utf8_lossy(&job.bytes), language.line_limit)
-        .map_err(|source| PlotError::Job { name: job.name.clone(), source: source.into() })?;
+    let bad = |source| PlotError::Job { name: job.name.clone(), source };
     let mut converse = |protocol: &mut dyn Protocol| {
         stream::run(port, protocol, clock, &mut Unwatched)
             .map_err(|source| PlotError::Stream { name: job.name.clone(), source })
     };
+    let language = match &device.language {
+        Language::Grbl(language) => language,
+        language if check => {
+            return Err(PlotError::Check { device: device.name.clone(), speaks: language.name() });
+        }
+        Language::Hpgl(_) => {
+            let instructions = hpgl::Job::new(&job.bytes).map_err(|source| bad(source.into()))?;
+            let mut window = Window::default();
+            converse(&mut window)?;
+            return report(job, &window.findings(&instructions));
+        }
+        Language::Marlin(_) => return Ok(()),
+    };
+    let lines = grbl::Job::new(&String::from_utf8_lossy(&job.bytes), language.line_limit)
+        .map_err(|source| bad(source.into()))?;
     let mut probe = Probe::new();
     converse(&mut probe)?;
     report(job, &told(&lines, device, language, probe.told()))?;

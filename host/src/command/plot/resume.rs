@@ -9,7 +9,7 @@ use serialport::SerialPort;
 use thiserror::Error;
 
 use super::port::{Line, Run, check_user, journal_path};
-use super::{PlotArgs, PlotError};
+use super::{Job, PlotArgs, PlotError, choose_handshake, preflight};
 use crate::device::{Device, Language, Pen};
 use crate::error::Error;
 use crate::journal::{self, EXTENSION, Journal};
@@ -85,7 +85,8 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
     let path = find(&args.jobs)?;
     let contents = journal::read(&path)?;
     let name = contents.head.name.clone();
-    let device = Device::from_toml(&contents.head.profile, PROFILE).map_err(Error::from)?;
+    let mut device = Device::from_toml(&contents.head.profile, PROFILE).map_err(Error::from)?;
+    choose_handshake(&mut device, args.handshake)?;
     let job_error = |source| PlotError::Job { name: name.clone(), source };
     let whole = Whole::new(&contents.job, &device).map_err(job_error)?;
     let (executed, ahead, pen) = contents.last.map_or((0, 0, 1), |last| (last.executed, last.ahead as usize, last.pen));
@@ -96,6 +97,9 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
         eprintln!("{name}: all of it was plotted");
         return Ok(journal.remove()?);
     }
+    // The profile may be read by a later version, and the plotter's settings changed since.
+    let job = Job { name: name.clone(), bytes: contents.job.clone(), page: None };
+    preflight::report(&job, &crate::preflight::job(&job.bytes, &device))?;
     let mut rest = whole.rest(executed, args.overlap, pen);
     let mut interface = Interface::new(User::Present, Course::new(whole.steps()), args.json);
     if let Language::Marlin(_) = device.language {
@@ -118,6 +122,7 @@ pub(super) fn run(args: &PlotArgs) -> Result<(), PlotError> {
         let settling = Settling { name: &name, whole: &whole, executed, ahead, line: &line, at_zero: args.at_zero };
         settling.settle(port.as_mut(), &mut interface)?;
     }
+    preflight::ask(port.as_mut(), &WallClock::start(), &job, &device, false)?;
     Run { name: &name, whole: &whole, rest: &rest, line: &line, fresh: false }.stream(
         port.as_mut(),
         conversation,
