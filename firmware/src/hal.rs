@@ -4,10 +4,10 @@ use core::convert::Infallible;
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
-use embedded_hal::pwm::SetDutyCycle;
 
 use crate::axis::Axes;
-use crate::pen::{Pen, Servo};
+use crate::pen::{Pen, PenMotion};
+use crate::pen_driver::PenDriver;
 
 /// Settings that concern the wires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +23,8 @@ pub struct Wiring {
     pub invert_enable: bool,
     /// Motors are released after this many ms; 255: never (`$1`). The stepper minds it, not the hardware.
     pub idle_delay_ms: u8,
+    /// How the pen moves. The stepper minds it, not the hardware.
+    pub pen: PenMotion,
 }
 
 /// Motors and pen. All calls come from [`crate::Stepper`], in the order in which things happen.
@@ -51,6 +53,9 @@ pub trait Hardware {
 
     /// The pen's new state. Called only while no step of what came before is outstanding.
     fn set_pen(&mut self, pen: Pen);
+
+    /// The pen has settled where it was told last (`$512`): a solenoid may now only hold.
+    fn pen_settled(&mut self) {}
 
     /// Energises or releases the motors.
     fn enable_motors(&mut self, on: bool) {
@@ -107,7 +112,7 @@ impl AxisDriver for () {
     fn set_step(&mut self, _: bool) {}
 }
 
-/// [`Hardware`] over `embedded-hal` pins: three axes (`()` for one that is missing), an active-low enable pin, a PWM channel for the pen's servo, and a delay for the step pulse.
+/// [`Hardware`] over `embedded-hal` pins: three axes (`()` for one that is missing), an active-low enable pin, what moves the pen, and a delay for the step pulse.
 ///
 /// [`Hardware::step`] is busy for the width of the pulse (`$0`, 10 µs by default; 2 to 4 µs do for common drivers).
 #[derive(Debug)]
@@ -120,20 +125,18 @@ pub struct Pins<X, Y, Z, E, P, D> {
     pub z: Z,
     /// Enable pin of the drivers: low energises, unless `$4` inverts it.
     pub enable: E,
-    /// PWM channel of the servo, set to the frame of `servo`.
-    pub pwm: P,
+    /// What moves the pen.
+    pub pen: P,
     /// Delay for the pulse.
     pub delay: D,
-    /// Pulse widths of the servo.
-    pub servo: Servo,
     wiring: Wiring,
 }
 
 impl<X, Y, Z, E, P, D> Pins<X, Y, Z, E, P, D> {
     /// Pins that are already outputs.
-    pub fn new(axes: (X, Y, Z), enable: E, pwm: P, delay: D, servo: Servo) -> Self {
+    pub fn new(axes: (X, Y, Z), enable: E, pen: P, delay: D) -> Self {
         let (x, y, z) = axes;
-        Self { x, y, z, enable, pwm, delay, servo, wiring: Wiring::default() }
+        Self { x, y, z, enable, pen, delay, wiring: Wiring::default() }
     }
 }
 
@@ -143,7 +146,7 @@ where
     Y: AxisDriver,
     Z: AxisDriver,
     E: OutputPin<Error = Infallible>,
-    P: SetDutyCycle<Error = Infallible>,
+    P: PenDriver,
     D: DelayNs,
 {
     fn set_directions(&mut self, negative: Axes) {
@@ -172,8 +175,11 @@ where
     }
 
     fn set_pen(&mut self, pen: Pen) {
-        let frame = self.servo.frame_us.max(1);
-        let Ok(()) = self.pwm.set_duty_cycle_fraction(self.servo.pulse_us(pen).min(frame), frame);
+        self.pen.set(pen);
+    }
+
+    fn pen_settled(&mut self) {
+        self.pen.settled();
     }
 
     fn enable_motors(&mut self, on: bool) {
@@ -195,9 +201,11 @@ mod tests {
     use std::string::{String, ToString};
     use std::vec::Vec;
 
+    use embedded_hal::pwm::SetDutyCycle;
     use embedded_hal::{digital, pwm};
 
     use super::*;
+    use crate::pen_driver::{Servo, ServoPen};
 
     /// One wire of the board, which writes all that happens to it into the common log.
     struct Wire<'a>(&'static str, &'a RefCell<Vec<String>>);
@@ -250,8 +258,12 @@ mod tests {
         let log = RefCell::new(Vec::new());
         let wire = |name| Wire(name, &log);
         let axis = |step, direction| StepDirection { step: wire(step), direction: wire(direction) };
-        let mut pins =
-            Pins::new((axis("xs", "xd"), axis("ys", "yd"), ()), wire("en"), wire("pwm"), wire("ns"), Servo::default());
+        let mut pins = Pins::new(
+            (axis("xs", "xd"), axis("ys", "yd"), ()),
+            wire("en"),
+            ServoPen { pwm: wire("pwm"), servo: Servo::default() },
+            wire("ns"),
+        );
         let mut said = |act: &mut dyn FnMut(&mut Pins<_, _, _, _, _, _>)| {
             act(&mut pins);
             log.borrow_mut().drain(..).collect::<Vec<_>>().join(" ")

@@ -167,8 +167,8 @@ mod tests {
     /// The figures of the crate's documentation; they hold on 32-bit boards too, where only the queues' lengths are smaller.
     #[test]
     fn ram_is_as_documented() {
-        assert!(size_of::<Machine<None>>() <= 4 * 1024);
-        assert!(size_of::<Machine<None, 64>>() <= 7 * 1024);
+        assert!(size_of::<Machine<None>>() <= 5 * 1024);
+        assert!(size_of::<Machine<None, 64>>() <= 8 * 1024);
         assert!(size_of::<Stepper<None>>() <= 1024);
         assert!(size_of::<crate::storage::Stored>() <= 1024);
     }

@@ -1,4 +1,4 @@
-//! The pen: what M3, M5 and S ask of it, and the servo pulse that does it.
+//! The pen: what M3, M5 and S ask of it, and how it gets there.
 
 use crate::settings::Settings;
 
@@ -32,37 +32,61 @@ impl Pen {
     }
 }
 
-/// Widths of a hobby servo's pulse, in µs, and the frame they repeat in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Servo {
-    /// Frame in µs; 20000 (50 Hz) for nearly every servo.
-    pub frame_us: u16,
-    /// Pulse for [`Pen::Off`], µs.
-    pub rest_us: u16,
-    /// Pulse for level 0, µs.
-    pub low_us: u16,
-    /// Pulse for level 65535, µs. May be below `low_us` for a servo that turns the other way.
-    pub high_us: u16,
+/// How the pen moves where it moves by itself. Speeds are in levels (of [`Pen::On`]) a second; 0: at once.
+///
+/// The stepper makes the ramp and waits for its end, so that no sender has to dwell: a servo is led down gently instead of dropped. In laser mode (`$32=1`) changes
+/// of the pen ride with the motion, and nothing of this holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PenMotion {
+    /// While the level rises (`$510`).
+    pub rise: u32,
+    /// While it falls (`$511`); [`Pen::Off`] counts as level 0.
+    pub fall: u32,
+    /// From the end of that until steps go on, ms (`$512`): what the mechanics lag behind, or what a solenoid takes to pull in.
+    pub settle_ms: u16,
 }
 
-impl Default for Servo {
-    fn default() -> Self {
-        Self { frame_us: 20_000, rest_us: 1000, low_us: 1000, high_us: 2000 }
+/// A pen on its way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ramp {
+    to: Pen,
+    /// Now, in 2⁻¹⁶ levels.
+    level: u64,
+    /// The same of each further step; 0: there at once.
+    step: u64,
+}
+
+/// Time of a step of the ramp, µs: half a frame of a servo, which takes a new width once a frame.
+pub(crate) const RAMP_STEP_US: u32 = 10_000;
+
+impl Pen {
+    /// [`Pen::Off`] counts as 0.
+    fn level(self) -> u16 {
+        match self {
+            Self::Off => 0,
+            Self::On { level } => level,
+        }
     }
 }
 
-impl Servo {
-    /// Width of the pulse for `pen` in µs.
-    #[must_use]
-    pub fn pulse_us(&self, pen: Pen) -> u16 {
-        match pen {
-            Pen::Off => self.rest_us,
-            Pen::On { level } => {
-                let (low, high) = (i64::from(self.low_us), i64::from(self.high_us));
-                // Between low and high, both u16.
-                (low + (high - low) * i64::from(level) / i64::from(u16::MAX)) as u16
-            }
+impl Ramp {
+    pub(crate) fn new(from: Pen, to: Pen, motion: PenMotion) -> Self {
+        let rate = if to.level() > from.level() { motion.rise } else { motion.fall };
+        // Up, so that the last step is not left with what rounding took from the others; none only for no speed.
+        let step = ((u64::from(rate) << 16) * u64::from(RAMP_STEP_US)).div_ceil(1_000_000);
+        Self { to, level: u64::from(from.level()) << 16, step }
+    }
+
+    /// The pen after another [`RAMP_STEP_US`], and whether it has arrived.
+    pub(crate) fn next(&mut self) -> (Pen, bool) {
+        let to = u64::from(self.to.level()) << 16;
+        if self.step == 0 || self.level.abs_diff(to) <= self.step {
+            return (self.to, true);
         }
+        self.level = if self.level < to { self.level + self.step } else { self.level - self.step };
+        // Below that of a u16.
+        (Pen::On { level: (self.level >> 16) as u16 }, false)
     }
 }
 
@@ -82,13 +106,21 @@ mod tests {
     }
 
     #[test]
-    fn servo_pulse_is_linear_either_way() {
-        let mut servo = Servo::default();
-        assert_eq!(servo.pulse_us(Pen::Off), 1000);
-        assert_eq!(servo.pulse_us(Pen::On { level: 65535 }), 2000);
-        servo.low_us = 2400;
-        servo.high_us = 600;
-        assert_eq!(servo.pulse_us(Pen::On { level: 0 }), 2400);
-        assert_eq!(servo.pulse_us(Pen::On { level: 65535 }), 600);
+    fn ramps_arrive_in_their_time() {
+        // The whole range in half a second: fifty steps of 10 ms.
+        let motion = PenMotion { rise: 131_070, fall: 0, settle_ms: 0 };
+        let mut ramp = Ramp::new(Pen::Off, Pen::On { level: 65_535 }, motion);
+        let mut last = 0;
+        for step in 1..50 {
+            let (pen, arrived) = ramp.next();
+            assert!(!arrived && pen.level() - last <= 1311 && pen.level() - last >= 1310, "{step}: {pen:?}");
+            last = pen.level();
+        }
+        assert_eq!(ramp.next(), (Pen::On { level: 65_535 }, true));
+        assert_eq!(Ramp::new(Pen::On { level: 65_535 }, Pen::Off, motion).next(), (Pen::Off, true));
+        let slow = PenMotion { rise: 1, fall: 1, settle_ms: 0 };
+        let mut ramp = Ramp::new(Pen::On { level: 2 }, Pen::Off, slow);
+        let steps = 1 + (0..1000).take_while(|_| !ramp.next().1).count();
+        assert!((199..=202).contains(&steps), "{steps} steps of 10 ms for 2 levels at 1 a second");
     }
 }

@@ -124,14 +124,14 @@ impl Transmitter {
     }
 
     /// `$I`: `name` is the text of `$I=`.
-    pub(crate) fn version(&mut self, name: &[u8], blocks: usize, rx: usize) {
+    pub(crate) fn version(&mut self, name: &[u8], lines: usize, rx: usize) {
         self.line(|out| {
             out.write_str("[VER:1.1h.penvis:")?;
             write_ascii(out, name)?;
             out.write_str("]")
         });
         // V: the pen's level varies; H: single axes home.
-        self.line(|out| write!(out, "[OPT:VH,{blocks},{rx}]"));
+        self.line(|out| write!(out, "[OPT:VH,{lines},{rx}]"));
     }
 
     /// A line of `$N`.
@@ -254,9 +254,10 @@ pub(crate) struct Status<'a> {
     /// Machine mm.
     pub(crate) position: [f64; AXES],
     pub(crate) offset: [f64; AXES],
-    pub(crate) blocks_free: usize,
+    /// Lines that the planner still takes, if they are short: see [`crate::Drawn`].
+    pub(crate) lines_free: usize,
     pub(crate) rx_free: usize,
-    /// N word of the block in execution, 0 for none.
+    /// N word of what is being drawn, 0 for none.
     pub(crate) line: u32,
     /// mm/min.
     pub(crate) feed: f64,
@@ -285,7 +286,7 @@ impl Status<'_> {
         out.write_str(if mask & 1 == 0 { "WPos:" } else { "MPos:" })?;
         write_position(out, position, self.settings)?;
         if mask & 2 != 0 {
-            write!(out, "|Bf:{},{}", self.blocks_free, self.rx_free)?;
+            write!(out, "|Bf:{},{}", self.lines_free, self.rx_free)?;
         }
         if self.line > 0 {
             write!(out, "|Ln:{}", self.line)?;

@@ -23,7 +23,7 @@ use crate::controller::Controller;
 use crate::hal::{Hardware, Wiring};
 use crate::line::RX_BYTES;
 use crate::settings::Settings;
-use crate::stepper::{Command, StepSink, Stepper};
+use crate::stepper::{Command, Drawn, StepSink, Stepper};
 use crate::storage::NoStorage;
 
 /// What the interrupts share, for a `static` of the board. Until [`Shared::start`] it does nothing.
@@ -128,6 +128,10 @@ impl<H: Hardware> StepSink for &Shared<H> {
 
     fn position(&self) -> [i32; AXES] {
         self.with(|stepper| stepper.position()).unwrap_or([0; AXES])
+    }
+
+    fn drawn(&self) -> Drawn {
+        self.with(|stepper| stepper.drawn()).unwrap_or_default()
     }
 
     fn abort(&mut self) {

@@ -2,14 +2,24 @@
 
 use crate::axis::{AXES, Axes};
 use crate::error::Error;
+use crate::kinematics::{Hanging, Kinematics};
+use crate::pen::PenMotion;
 
-/// Highest step rate of one axis that settings may ask for, in steps per second. Below it a timer of 1 µs keeps a period to 4 %.
-pub const MAX_STEP_RATE: f64 = 40_000.0;
+/// Highest step rate of one motor that settings may ask for, in steps per second; with a pulse of `$0` µs no more than 500,000 / `$0` either, so that the step signal
+/// is low for as long as it is high.
+///
+/// A step of all motors costs [`crate::Stepper::tick`] 53 instructions on a Cortex-M4. With the processor's own 24 cycles to take an interrupt and to end it, and about as many instructions
+/// again for the timer, that is some 150 cycles: at 168 MHz a million steps a second would leave no time for anything else, and 200,000 take a fifth. A
+/// Cortex-M0+ at 125 MHz, whose instructions do less, spends less than half of its time at that rate.
+pub const MAX_STEP_RATE: f64 = 200_000.0;
+
+/// Largest distance of a motor from the origin in steps, so that the difference of two targets fits i32.
+const MAX_STEPS: f64 = 1_073_741_823.0;
 
 /// Everything that `$$` lists. Only [`Settings::set`] changes a value, so all of them are in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// `$0`: width of a step pulse, µs, 3 to 255.
+    /// `$0`: width of a step pulse, µs, 1 to 255.
     pub(crate) pulse_us: u8,
     /// `$1`: ms from the last step until the motors are released, 0 to 255; 255 holds them for ever.
     pub(crate) idle_delay_ms: u8,
@@ -65,6 +75,16 @@ pub struct Settings {
     pub(crate) acceleration: [f64; AXES],
     /// `$130`–`$132`: travel, mm, > 0.
     pub(crate) travel: [f64; AXES],
+    /// `$140`–`$142`: jerk, mm/s³; S-curves if that of X and of Y is above 0, else trapezoids. Then accelerations are the same in all directions, those of the slowest axis.
+    pub(crate) jerk: [f64; AXES],
+    /// `$500`: how the motors move the pen, 0 to 2.
+    pub(crate) kinematics: Kinematics,
+    /// `$501`–`$503`: of a pen that hangs, mm; kept also when it does not.
+    pub(crate) hanging: Hanging,
+    /// `$510`, `$511`: how fast the pen moves while S rises and while it falls, in S a second; 0: at once.
+    pub(crate) pen_rates: [f64; 2],
+    /// `$512`: ms that the pen then takes to settle, 0 to 10,000.
+    pub(crate) pen_settle_ms: u16,
 }
 
 impl Default for Settings {
@@ -99,14 +119,19 @@ impl Default for Settings {
             max_rate: [12_000.0, 12_000.0, 3_000.0],
             acceleration: [1000.0, 1000.0, 500.0],
             travel: [430.0, 310.0, 50.0],
+            jerk: [0.0; AXES],
+            kinematics: Kinematics::Cartesian,
+            hanging: Hanging::default(),
+            pen_rates: [0.0; 2],
+            pen_settle_ms: 0,
         }
     }
 }
 
 /// The numbers that `$$` lists, in its order.
-pub(crate) const SETTING_IDS: [u16; 36] = [
+pub(crate) const SETTING_IDS: [u16; 46] = [
     0, 1, 2, 3, 4, 5, 6, 10, 11, 12, 13, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31, 32, 41, 44, 100, 101, 102, 110, 111,
-    112, 120, 121, 122, 130, 131, 132,
+    112, 120, 121, 122, 130, 131, 132, 140, 141, 142, 500, 501, 502, 503, 510, 511, 512,
 ];
 
 /// `$22`: `$H` homes.
@@ -144,7 +169,18 @@ impl Settings {
             32 => flag(self.laser_mode),
             41 => flag(self.parking),
             44 => (f64::from(self.home_axes), 0),
-            100..=132 => (*self.table(id)?, 3),
+            100..=142 => (*self.table(id)?, 3),
+            500 => match self.kinematics {
+                Kinematics::Cartesian => (0.0, 0),
+                Kinematics::CoreXy => (1.0, 0),
+                Kinematics::Hanging(_) => (2.0, 0),
+            },
+            501 => (self.hanging.motor_distance, 3),
+            502 => (self.hanging.origin_right, 3),
+            503 => (self.hanging.origin_below, 3),
+            510 => (self.pen_rates[0], 3),
+            511 => (self.pen_rates[1], 3),
+            512 => (f64::from(self.pen_settle_ms), 0),
             _ => return None,
         })
     }
@@ -160,8 +196,11 @@ impl Settings {
             return Err(Error::NegativeValue);
         }
         match id {
-            0 if value < 3.0 => return Err(Error::PulseTooShort),
-            0 => self.pulse_us = byte(value)?,
+            0 if value < 1.0 => return Err(Error::PulseTooShort),
+            0 => {
+                let changed = Self { pulse_us: byte(value)?, ..self.clone() };
+                *self = changed.checked()?;
+            }
             1 => self.idle_delay_ms = byte(value)?,
             2 => self.invert_steps = byte(value)? & 0b111,
             3 => self.invert_directions = byte(value)? & 0b111,
@@ -186,20 +225,117 @@ impl Settings {
             32 => self.laser_mode = value != 0.0,
             41 => self.parking = value != 0.0,
             44 => self.home_axes = byte(value)? & 0b111,
-            100..=132 => {
+            100..=142 => {
                 let mut changed = self.clone();
-                *changed.table_mut(id).ok_or(Error::InvalidStatement)? = positive(value)?;
-                if (0..AXES).any(|a| changed.steps_per_mm[a] * changed.max_rate[a] > MAX_STEP_RATE * 60.0) {
-                    return Err(Error::StepRateTooHigh);
-                }
-                *self = changed;
+                let value = if id >= 140 && value == 0.0 { value } else { positive(value)? };
+                *changed.table_mut(id).ok_or(Error::InvalidStatement)? = value;
+                *self = changed.checked()?;
             }
+            500..=503 => {
+                let mut changed = self.clone();
+                match id {
+                    500 => {
+                        changed.kinematics = match value {
+                            0.0 => Kinematics::Cartesian,
+                            1.0 => Kinematics::CoreXy,
+                            2.0 => Kinematics::Hanging(self.hanging),
+                            _ => return Err(Error::NegativeValue),
+                        }
+                    }
+                    501 => changed.hanging.motor_distance = positive(value)?,
+                    502 => changed.hanging.origin_right = length(value)?,
+                    _ => changed.hanging.origin_below = positive(value)?,
+                }
+                if !changed.hanging.is_possible() {
+                    return Err(Error::NegativeValue);
+                }
+                if let Kinematics::Hanging(cords) = &mut changed.kinematics {
+                    *cords = changed.hanging;
+                }
+                *self = changed.checked()?;
+            }
+            510 => self.pen_rates[0] = value,
+            511 => self.pen_rates[1] = value,
+            512 if value <= 10_000.0 => self.pen_settle_ms = value as u16,
+            512 => return Err(Error::NegativeValue),
             _ => return Err(Error::InvalidStatement),
         }
         Ok(())
     }
 
-    /// Steps per mm of each axis (`$100`–`$102`).
+    /// These settings, if no motor is faster than it may be.
+    fn checked(self) -> Result<Self, Error> {
+        let rates = self.kinematics.motor_rates(self.max_rate);
+        let most = MAX_STEP_RATE.min(500_000.0 / f64::from(self.pulse_us)) * 60.0;
+        if (0..AXES).any(|motor| self.steps_per_mm[motor] * rates[motor] > most) {
+            return Err(Error::StepRateTooHigh);
+        }
+        Ok(self)
+    }
+
+    /// Acceleration and jerk along every path in X and Y, and in Z if that takes part, mm/s² and mm/s³; none if the jerk is not limited.
+    pub(crate) fn ramp(&self, with_z: bool) -> Option<(f32, f32)> {
+        let [x, y, z] = self.jerk;
+        (x > 0.0 && y > 0.0).then(|| {
+            let least = |[x, y, z]: [f64; AXES], z_counts: bool| if z_counts { x.min(y).min(z) } else { x.min(y) };
+            (least(self.acceleration, with_z) as f32, least(self.jerk, with_z && z > 0.0) as f32)
+        })
+    }
+
+    /// How the pen moves by itself; in laser mode at once, since it rides with the motion.
+    pub(crate) fn pen_motion(&self) -> PenMotion {
+        let mut motion = PenMotion::default();
+        let range = self.spindle_max - self.spindle_min;
+        if !self.laser_mode && range > 0.0 {
+            // Saturates; a speed that is asked for is never taken for none.
+            let levels = |rate: f64| if rate > 0.0 { ((rate / range * f64::from(u16::MAX)) as u32).max(1) } else { 0 };
+            motion.rise = levels(self.pen_rates[0]);
+            motion.fall = levels(self.pen_rates[1]);
+        }
+        if !self.laser_mode {
+            motion.settle_ms = self.pen_settle_ms;
+        }
+        motion
+    }
+
+    /// How the motors move the pen (`$500`–`$503`).
+    #[must_use]
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// What the motors have wound at so many steps from the origin, mm.
+    pub(crate) fn wound(&self, steps: [f64; AXES]) -> [f64; AXES] {
+        core::array::from_fn(|motor| steps[motor] / self.steps_per_mm[motor])
+    }
+
+    /// Where the pen is when the motors are so many steps from the origin, mm.
+    #[must_use]
+    pub fn pen(&self, steps: [f64; AXES]) -> [f64; AXES] {
+        self.kinematics.pen(self.wound(steps))
+    }
+
+    /// Steps from the origin, each rounded to nearest, when the pen is at `mm`; saturates.
+    pub(crate) fn steps(&self, mm: [f64; AXES]) -> [i32; AXES] {
+        let wound = self.kinematics.motors(mm);
+        core::array::from_fn(|motor| libm::round(wound[motor] * self.steps_per_mm[motor]) as i32)
+    }
+
+    /// Whether the pen can be at `target`, and the steps there can be counted.
+    pub(crate) fn reaches(&self, target: [f64; AXES]) -> bool {
+        self.are_counted(self.kinematics.motors(target)) && self.kinematics.reaches(target)
+    }
+
+    /// Whether the steps can be counted wherever no coordinate is more than `reach` mm.
+    pub(crate) fn counts(&self, reach: f64) -> bool {
+        self.are_counted(self.kinematics.motor_rates([reach; AXES]))
+    }
+
+    fn are_counted(&self, wound: [f64; AXES]) -> bool {
+        (0..AXES).all(|motor| (wound[motor] * self.steps_per_mm[motor]).abs() <= MAX_STEPS)
+    }
+
+    /// Steps per mm of each motor (`$100`–`$102`).
     #[must_use]
     pub fn steps_per_mm(&self) -> [f64; AXES] {
         self.steps_per_mm
@@ -212,6 +348,7 @@ impl Settings {
             11 => self.max_rate.get(axis),
             12 => self.acceleration.get(axis),
             13 => self.travel.get(axis),
+            14 => self.jerk.get(axis),
             _ => None,
         }
     }
@@ -223,13 +360,14 @@ impl Settings {
             11 => self.max_rate.get_mut(axis),
             12 => self.acceleration.get_mut(axis),
             13 => self.travel.get_mut(axis),
+            14 => self.jerk.get_mut(axis),
             _ => None,
         }
     }
 
-    /// Whether `$H` homes (`$22`).
+    /// Whether `$H` homes (`$22`). A pen that hangs on cords does not: its cords have no ends.
     pub(crate) fn can_home(&self) -> bool {
-        self.homing & HOMING != 0
+        self.homing & HOMING != 0 && !matches!(self.kinematics, Kinematics::Hanging(_))
     }
 
     /// The axes that home (`$44`).
@@ -267,19 +405,25 @@ impl Settings {
         }
     }
 
-    /// Whether `target` (machine mm) lies in the reach of all axes, or soft limits are off.
+    /// Whether `target` (machine mm) can be reached, and lies in the reach of all axes or soft limits are off.
     pub(crate) fn in_travel(&self, target: [f64; AXES]) -> bool {
-        !self.soft_limits
+        let within = !self.soft_limits
             || target.into_iter().enumerate().all(|(axis, mm)| {
                 let [low, high] = self.reach(axis);
                 (low..=high).contains(&mm)
-            })
+            });
+        within && self.kinematics.reaches(target)
     }
 }
 
 /// Scales and limits below a millionth are as senseless as zero, and would overflow what is computed from them in f32.
 fn positive(value: f64) -> Result<f64, Error> {
     if (1e-6..=1e9).contains(&value) { Ok(value) } else { Err(Error::NegativeValue) }
+}
+
+/// A distance that may be nothing.
+fn length(value: f64) -> Result<f64, Error> {
+    if value <= 1e9 { Ok(value) } else { Err(Error::NegativeValue) }
 }
 
 fn byte(value: f64) -> Result<u8, Error> {
@@ -303,10 +447,33 @@ mod tests {
     }
 
     #[test]
+    fn kinematics_keep_their_measures() {
+        let mut s = Settings::default();
+        for (id, value) in [(501, 800.0), (500, 2.0), (502, 250.0), (500, 0.0), (503, 300.0), (500, 2.0)] {
+            s.set(id, value).unwrap();
+            assert_eq!(s.get(id).unwrap().0, value);
+        }
+        let cords = Hanging { motor_distance: 800.0, origin_right: 250.0, origin_below: 300.0 };
+        assert_eq!(s.kinematics(), &Kinematics::Hanging(cords));
+        // 80 steps a mm and pulses of 10 µs: 50,000 steps a second are 37,500 mm/min. A belt of a CoreXY takes the sum of both axes.
+        let mut s = Settings::default();
+        s.set(110, 20_000.0).unwrap();
+        s.set(111, 20_000.0).unwrap();
+        assert_eq!(s.set(500, 1.0), Err(Error::StepRateTooHigh));
+        s.set(111, 17_500.0).unwrap();
+        s.set(500, 1.0).unwrap();
+        assert_eq!(s.set(111, 17_501.0), Err(Error::StepRateTooHigh));
+        assert_eq!(s.set(0, 11.0), Err(Error::StepRateTooHigh));
+        s.set(0, 2.0).unwrap();
+        s.set(111, 100_000.0).unwrap();
+        assert_eq!(s.set(111, 131_000.0), Err(Error::StepRateTooHigh), "200,000 steps a second at most");
+    }
+
+    #[test]
     fn refusals() {
         let mut s = Settings::default();
         for (id, value, error) in [
-            (0, 2.0, Error::PulseTooShort),
+            (0, 0.5, Error::PulseTooShort),
             (0, 300.0, Error::NegativeValue),
             (11, -1.0, Error::NegativeValue),
             (12, 0.0, Error::NegativeValue),
@@ -318,6 +485,9 @@ mod tests {
             (100, 1000.0, Error::StepRateTooHigh),
             (110, 1e6, Error::StepRateTooHigh),
             (120, f64::NAN, Error::NegativeValue),
+            (500, 3.0, Error::NegativeValue),
+            (501, 0.0, Error::NegativeValue),
+            (503, 1.0, Error::NegativeValue),
         ] {
             assert_eq!(s.set(id, value), Err(error), "${id}={value}");
         }

@@ -23,7 +23,7 @@ use heapless::Deque;
 use crate::axis::{AXES, Axes};
 use crate::dda::Dda;
 use crate::hal::{Hardware, Wiring};
-use crate::pen::Pen;
+use crate::pen::{Pen, PenMotion, RAMP_STEP_US, Ramp};
 
 /// Time to the next tick while there is nothing to do, µs.
 pub const IDLE_US: u32 = 1000;
@@ -47,6 +47,20 @@ pub struct Steps {
     pub(crate) period: u64,
     /// Change of the pen before the first event.
     pub(crate) pen: Option<Pen>,
+    /// N word of the block's first line, 0 for none.
+    pub(crate) line: u32,
+    /// Lines that have been drawn when this has.
+    pub(crate) lines: u16,
+}
+
+/// How far the drawing has come: what has been stepped, not what has been planned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Drawn {
+    /// Lines (chords of arcs) that moved the machine and have been drawn to their end, since the start; wraps.
+    pub lines: u32,
+    /// N word of the line at which the machine is; of several that share a block the first. 0 for none, and at rest.
+    pub number: u32,
 }
 
 /// What the main loop hands to the interrupt, in order.
@@ -55,7 +69,7 @@ pub struct Steps {
 pub enum Command {
     /// Make steps.
     Steps(Steps),
-    /// Move the pen; takes no time of its own.
+    /// Move the pen, and wait until it has settled ([`PenMotion`]).
     Pen(Pen),
     /// Do nothing for this many µs.
     Dwell(u32),
@@ -66,7 +80,7 @@ pub enum Command {
 ///
 /// ```
 /// use core::cell::RefCell; // on a board: critical_section::Mutex<RefCell<Stepper<…>>> in a static
-/// use penvis_firmware::{AXES, Axes, Command, Controller, Hardware, Pen, Settings, StepSink, Stepper, Wiring};
+/// use penvis_firmware::{AXES, Axes, Command, Controller, Drawn, Hardware, Pen, Settings, StepSink, Stepper, Wiring};
 ///
 /// struct Board;
 /// impl Hardware for Board {
@@ -82,6 +96,7 @@ pub enum Command {
 ///     fn is_idle(&self) -> bool { self.0.borrow().is_idle() }
 ///     fn is_moving(&self) -> bool { self.0.borrow().is_moving() }
 ///     fn position(&self) -> [i32; AXES] { self.0.borrow().position() }
+///     fn drawn(&self) -> Drawn { self.0.borrow().drawn() }
 ///     fn abort(&mut self) { self.0.borrow_mut().abort() }
 ///     fn set_position(&mut self, steps: [i32; AXES]) { self.0.borrow_mut().set_position(steps) }
 ///     fn limits(&mut self) -> Axes { self.0.borrow_mut().limits() }
@@ -112,6 +127,8 @@ pub trait StepSink {
     fn is_moving(&self) -> bool;
     /// Steps from the origin.
     fn position(&self) -> [i32; AXES];
+    /// How far the drawing has come.
+    fn drawn(&self) -> Drawn;
     /// Stops at once, forgets all commands, lifts the pen. The position stays what it is.
     fn abort(&mut self);
     /// Calls the place where the machine stands so many steps from the origin. The caller has seen that it stands.
@@ -147,11 +164,18 @@ pub struct Stepper<H> {
     dealt: u32,
     /// Where the block began, in steps.
     block_start: [i32; AXES],
+    drawn: Drawn,
+    /// Lines that will have been drawn at the end of the segment.
+    lines: u16,
     /// What was loaded last was a segment.
     stepping: bool,
-    /// A dwell is running out.
+    /// A dwell, or the settling of the pen, is running out.
     dwelling: bool,
+    settling: bool,
     pen: Pen,
+    /// The pen is on its way.
+    ramp: Option<Ramp>,
+    pen_motion: PenMotion,
     motors_on: bool,
     /// Motors are released this long after the last command.
     idle_delay: Option<u32>,
@@ -178,9 +202,14 @@ impl<H: Hardware> Stepper<H> {
             queue: Deque::new(),
             dealt: 0,
             block_start: [0; AXES],
+            drawn: Drawn::default(),
+            lines: 0,
             stepping: false,
             dwelling: false,
+            settling: false,
             pen: Pen::Off,
+            ramp: None,
+            pen_motion: PenMotion::default(),
             motors_on: false,
             idle_delay: None,
             idle_since: 0,
@@ -259,15 +288,28 @@ impl<H: Hardware> Stepper<H> {
         if self.stepping {
             self.stepping = false;
             self.idle_since = self.now;
+            self.drawn.lines = self.drawn.lines.wrapping_add(u32::from(self.lines));
+            self.drawn.number = 0;
         }
         self.dwelling = false;
+        if core::mem::take(&mut self.settling) {
+            self.hardware.pen_settled();
+        }
+        if let Some(ticks) = self.move_pen() {
+            return ticks;
+        }
         while let Some(command) = self.queue.pop_front() {
             match command {
                 Command::Steps(segment) => {
                     self.begin(&segment);
                     return self.wait();
                 }
-                Command::Pen(pen) => self.set_pen(pen),
+                Command::Pen(pen) => {
+                    self.ramp = Some(Ramp::new(self.pen, pen, self.pen_motion));
+                    if let Some(ticks) = self.move_pen() {
+                        return ticks;
+                    }
+                }
                 Command::Dwell(us) => {
                     self.dwelling = true;
                     return us.saturating_mul(H::TICKS_PER_US).max(1);
@@ -275,6 +317,22 @@ impl<H: Hardware> Stepper<H> {
             }
         }
         self.idle()
+    }
+
+    /// Moves a pen that is on its way; the ticks until that goes on, none when there is nothing to wait for.
+    fn move_pen(&mut self) -> Option<u32> {
+        let (pen, arrived) = self.ramp.as_mut()?.next();
+        self.set_pen(pen);
+        if !arrived {
+            return Some(RAMP_STEP_US * H::TICKS_PER_US);
+        }
+        self.ramp = None;
+        if self.pen_motion.settle_ms == 0 {
+            self.hardware.pen_settled();
+            return None;
+        }
+        self.settling = true;
+        Some(u32::from(self.pen_motion.settle_ms) * 1000 * H::TICKS_PER_US)
     }
 
     /// Makes `segment` the one in execution.
@@ -293,6 +351,8 @@ impl<H: Hardware> Stepper<H> {
             }
         }
         self.stepping = true;
+        self.lines = segment.lines;
+        self.drawn.number = segment.line;
         self.left = u32::from(segment.events);
         self.dealt += self.left;
         // 2⁻¹⁶ µs to ticks; a period that the timer cannot count becomes the longest that it can.
@@ -303,6 +363,8 @@ impl<H: Hardware> Stepper<H> {
 
     /// What is left of the block will not be made.
     fn forget_block(&mut self) {
+        self.drawn.number = 0;
+        self.lines = 0;
         self.dda = Dda::default();
         self.dealt = 0;
         self.left = 0;
@@ -334,7 +396,12 @@ impl<H: Hardware> StepSink for Stepper<H> {
     }
 
     fn is_idle(&self) -> bool {
-        self.queue.is_empty() && self.left == 0 && !self.in_pulse && !self.dwelling
+        self.queue.is_empty()
+            && self.left == 0
+            && !self.in_pulse
+            && !self.dwelling
+            && !self.settling
+            && self.ramp.is_none()
     }
 
     fn is_moving(&self) -> bool {
@@ -346,11 +413,17 @@ impl<H: Hardware> StepSink for Stepper<H> {
         core::array::from_fn(|axis| self.block_start[axis].wrapping_add(made[axis]))
     }
 
+    fn drawn(&self) -> Drawn {
+        self.drawn
+    }
+
     fn abort(&mut self) {
         self.queue.clear();
         self.block_start = self.position();
         self.forget_block();
         self.dwelling = false;
+        self.settling = false;
+        self.ramp = None;
         if self.pen != Pen::Off {
             self.set_pen(Pen::Off);
         }
@@ -369,6 +442,7 @@ impl<H: Hardware> StepSink for Stepper<H> {
         self.idle_delay =
             (wiring.idle_delay_ms < u8::MAX).then(|| u32::from(wiring.idle_delay_ms) * 1000 * H::TICKS_PER_US);
         self.pulse = (u32::from(wiring.pulse_us) * H::TICKS_PER_US).max(1);
+        self.pen_motion = wiring.pen;
         self.hardware.configure(wiring);
     }
 }
@@ -428,6 +502,8 @@ mod tests {
             events: events as u16,
             period,
             pen: None,
+            line: 7,
+            lines: 2,
         })
     }
 
@@ -447,6 +523,7 @@ mod tests {
         assert!(stepper.push(block([3, 1, 0], 0b000, 5 << 16)) && stepper.push(block([0, 2, 0], 0b010, 11 << 15)));
         run(&mut stepper);
         assert_eq!(stepper.position(), [3, -1, 0]);
+        assert_eq!(stepper.drawn(), Drawn { lines: 4, number: 0 });
         use Edge::{Directions, Fall, Rise};
         assert_eq!(
             stepper.hardware().edges,
@@ -499,12 +576,14 @@ mod tests {
         for _ in 0..1 + 2 * 31 {
             stepper.tick();
         }
+        assert_eq!(stepper.drawn(), Drawn { lines: 0, number: 7 });
         let at = stepper.position();
         assert_eq!((at[0], at[2]), (-31, -2));
         assert!((12..=13).contains(&at[1]));
         stepper.abort();
         assert!(stepper.is_idle());
         assert_eq!(stepper.position(), at);
+        assert_eq!(stepper.drawn(), Drawn::default());
         assert!(stepper.push(block([1, 1, 0], 0b000, 10 << 16)));
         run(&mut stepper);
         assert_eq!(stepper.position(), [at[0] + 1, at[1] + 1, at[2]]);

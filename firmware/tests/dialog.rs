@@ -25,7 +25,7 @@ fn lines_and_their_answers() {
         ("G4 P-1", "error:4\r\n"),
         ("$100=-1", "error:4\r\n"),
         ("$H", "error:5\r\n"),
-        ("$0=1", "error:6\r\n"),
+        ("$0=0", "error:6\r\n"),
         ("$110=1e9", "error:3\r\n"),
         ("$110=1000000", "error:12\r\n"),
         ("G5", "error:20\r\n"),
@@ -96,10 +96,10 @@ fn refused_lines_change_nothing() {
 fn listings() {
     let mut sim = Sim::with(&[]);
     let settings = sim.ask("$$");
-    assert_eq!(settings.lines().count(), 37);
+    assert_eq!(settings.lines().count(), 47);
     assert!(settings.starts_with("$0=10\r\n$1=255\r\n$2=0\r\n"), "{settings}");
-    assert!(settings.contains("\r\n$100=80.000\r\n") && settings.ends_with("$132=50.000\r\nok\r\n"), "{settings}");
-    assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:]\r\n[OPT:VH,15,128]\r\nok\r\n");
+    assert!(settings.contains("\r\n$100=80.000\r\n") && settings.ends_with("$512=0\r\nok\r\n"), "{settings}");
+    assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:]\r\n[OPT:VH,896,128]\r\nok\r\n");
     assert_eq!(sim.ask("$G"), "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]\r\nok\r\n");
     sim.ask("G92 X-1.5");
     assert_eq!(
@@ -130,7 +130,7 @@ fn listings_wait_for_a_slow_reader() {
         answer.extend(sim.machine.transmit());
     }
     let answer = String::from_utf8(answer).unwrap();
-    assert_eq!(answer.lines().count(), 37);
+    assert_eq!(answer.lines().count(), 47);
     assert!(answer.ends_with("ok\r\n"));
 }
 
@@ -138,18 +138,18 @@ fn listings_wait_for_a_slow_reader() {
 fn status_reports() {
     let mut sim = Sim::with(&[]);
     sim.send("?");
-    assert_eq!(sim.take(), "<Idle|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0|WCO:0.000,0.000,0.000>\r\n");
+    assert_eq!(sim.take(), "<Idle|MPos:0.000,0.000,0.000|Bf:896,128|FS:0,0|WCO:0.000,0.000,0.000>\r\n");
     sim.send("?");
-    assert_eq!(sim.take(), "<Idle|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0|Ov:100,100,100>\r\n");
+    assert_eq!(sim.take(), "<Idle|MPos:0.000,0.000,0.000|Bf:896,128|FS:0,0|Ov:100,100,100>\r\n");
     sim.send("?");
-    assert_eq!(sim.take(), "<Idle|MPos:0.000,0.000,0.000|Bf:15,128|FS:0,0>\r\n");
+    assert_eq!(sim.take(), "<Idle|MPos:0.000,0.000,0.000|Bf:896,128|FS:0,0>\r\n");
     sim.send("G1 X100 F6000 M3 S500 N7\n");
     sim.run_for(500_000);
     sim.take();
     sim.send("?");
     let report = sim.take();
     assert!(report.starts_with("<Run|MPos:"), "{report}");
-    assert!(report.contains("|Bf:15,128|Ln:7|FS:6000,500>"), "{report}");
+    assert!(report.contains("|Bf:895,128|Ln:7|FS:6000,500>"), "{report}");
     sim.finish();
     sim.ask("$10=0");
     sim.ask("G92 X0");
@@ -184,7 +184,7 @@ fn ok_means_planned_and_a_full_planner_fills_the_ring() {
     // Blocks in execution, 15 waiting, and then lines wait in the ring and in the editor.
     while sim.machine.rx_free() > 0 {
         sim.send(
-            format!("G1 X{} F60\n", sent + 1)
+            format!("G1 X{} Y{} F60\n", sent + 1, sent % 2)
                 .as_bytes()
                 .iter()
                 .copied()
@@ -362,8 +362,8 @@ fn jogs() {
     assert_eq!(sim.ask("G91 G0 X0.1"), "ok\r\n");
     assert_eq!(sim.machine.position()[0], stopped + 8);
     // Many more than the planner holds, and the one that waits for it.
-    for _ in 0..17 {
-        sim.send("$J=G91 X0.5 F60\n");
+    for i in 0..17 {
+        sim.send(format!("$J=G91 {}0.5 F60\n", ["X", "Y"][i % 2]));
     }
     sim.run_for(100_000);
     assert_eq!(sim.take().matches("ok").count(), 16);

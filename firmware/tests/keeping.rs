@@ -83,7 +83,7 @@ fn the_name_is_told() {
     assert_eq!(sim.ask("$I=plotter 7"), "ok\r\n");
     let mut sim = sim.restarted(Settings::default());
     sim.take();
-    assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:PLOTTER7]\r\n[OPT:VH,15,128]\r\nok\r\n");
+    assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:PLOTTER7]\r\n[OPT:VH,896,128]\r\nok\r\n");
 }
 
 #[test]

@@ -143,6 +143,67 @@ fn chords_of_a_circle_keep_the_speed_that_the_circle_allows() {
     assert!((0.9..1.3).contains(&(time / expect)), "{time}, at best {expect}");
 }
 
+/// Points of a curve, for its parameter from 0 to 1.
+type Curve = fn(f64) -> (f64, f64);
+
+/// The program that draws `curve` at 100 mm/s in chords of 0.02 mm.
+fn short_chords(curve: Curve) -> String {
+    let length: f64 = (0..10_000)
+        .map(|k| {
+            let (a, b) = (curve(f64::from(k) / 10_000.0), curve(f64::from(k + 1) / 10_000.0));
+            (b.0 - a.0).hypot(b.1 - a.1)
+        })
+        .sum();
+    let count = (length / 0.02) as u32;
+    let (x, y) = curve(0.0);
+    let mut program = format!("G0 X{x:.3} Y{y:.3}\nG4 P0.03\nG1 F6000\n");
+    for k in 1..=count {
+        let (x, y) = curve(f64::from(k) / f64::from(count));
+        writeln!(program, "X{x:.3}Y{y:.3}").unwrap();
+    }
+    program
+}
+
+/// Lowest and mean speed, mm/s, of the drawing of a curve at least 10 mm from both of its ends, where none need slow down for them.
+fn speed_within<const BLOCKS: usize>(curve: Curve) -> (f64, f64) {
+    let mut sim: Sim<BLOCKS> = Sim::new(common::settings(&[]));
+    sim.stream(&short_chords(curve));
+    let path = sim.path();
+    let begin = path.windows(2).position(|w| w[1].0 - w[0].0 >= 30_000).map_or(0, |i| i + 1);
+    let away = |p: &[i32; 3], end: &[i32; 3]| f64::from(p[0] - end[0]).hypot(f64::from(p[1] - end[1])) > 10.0 * SCALE;
+    let (first, last) = (path[begin].1, path[path.len() - 1].1);
+    let from = begin + path[begin..].iter().position(|p| away(&p.1, &first)).unwrap();
+    let to = path.iter().rposition(|p| away(&p.1, &last)).unwrap();
+    let speeds = speeds(&path[from..to], 5000);
+    let lowest = speeds.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+    (lowest, speeds.iter().map(|s| s.1).sum::<f64>() / speeds.len() as f64)
+}
+
+#[test]
+fn nothing_stops_within_a_smooth_stroke_of_short_chords() {
+    use std::f64::consts::TAU;
+    // Each is nowhere tighter than the radius at which 1000 mm/s² carry the 100 mm/s, 10 mm.
+    let line: Curve = |t| (100.0 * t, 50.0 * t);
+    let circle: Curve = |t| (50.0 - 50.0 * (TAU * 0.75 * t).cos(), 50.0 * (TAU * 0.75 * t).sin());
+    let spiral: Curve = |t| {
+        let (r, a) = (15.0 + 30.0 * t, 2.0 * TAU * t);
+        (50.0 + r * a.cos(), 50.0 + r * a.sin())
+    };
+    // As the rim of a teapot lies on paper, or its outline: an ellipse of 60 by 40 mm, and a wave that turns both ways.
+    let rim: Curve = |t| (60.0 - 60.0 * (TAU * 0.6 * t).cos(), 40.0 * (TAU * 0.6 * t).sin());
+    let wave: Curve = |t| (120.0 * t, 8.0 * (2.0 * TAU * t).sin());
+    for (name, curve) in [("line", line), ("circle", circle), ("spiral", spiral), ("rim", rim), ("wave", wave)] {
+        let (lowest, mean) = speed_within::<15>(curve);
+        let (lowest_64, mean_64) = speed_within::<64>(curve);
+        println!(
+            "{name}: 15 blocks at least {lowest:.1} and {mean:.1} in the mean, 64: {lowest_64:.1}, {mean_64:.1} mm/s"
+        );
+        // The speed of a window is that of its chord, and the steps of a curve do not lie on it: some percent.
+        assert!(lowest > 90.0 && lowest_64 > 90.0, "{name}: {lowest:.1}, {lowest_64:.1} mm/s");
+        assert!(mean > 97.0 && mean_64 > 97.0, "{name}: {mean:.1}, {mean_64:.1} mm/s in the mean");
+    }
+}
+
 #[test]
 fn a_reversal_stops() {
     let mut sim = Sim::with(&[]);
@@ -178,6 +239,37 @@ fn pen_moves_where_it_was_told() {
         pens,
         [(Pen::Off, 0), (on(65535), 800), (Pen::Off, 1600), (on(32768), 0), (on(16384), 0), (Pen::Off, 0),]
     );
+}
+
+#[test]
+fn the_pen_lands_softly_and_the_motors_wait() {
+    // Down is S0: from 1000 to 0 in half a second, up again at once, and 50 ms to settle.
+    let mut sim = Sim::with(&[(511, 2000.0), (512, 50.0)]);
+    sim.stream("M3 S1000\nG0 X10\nS0\nG1 X20 F3000\nS1000\nG0 X0\n");
+    let (mut levels, mut steps) = (Vec::new(), Vec::new());
+    for event in sim.events() {
+        match event {
+            Event::Pen { at, pen: Pen::On { level }, .. } => levels.push((*at, *level)),
+            Event::Step { at, .. } => steps.push(*at),
+            _ => {}
+        }
+    }
+    let landing = levels.iter().position(|(_, level)| *level < 65_535).unwrap();
+    let landed = levels.iter().position(|(_, level)| *level == 0).unwrap();
+    let took = levels[landed].0 - levels[landing].0;
+    assert_eq!(landed - landing, 49, "{levels:?}");
+    assert!((489_000..=491_000).contains(&took), "{took} µs");
+    assert!(levels[landing..=landed].windows(2).all(|w| w[1].0 - w[0].0 == 10_000 && w[0].1 - w[1].1 <= 1312));
+    // The motors stand from the first step of the landing until 50 ms after the last.
+    let next = steps.iter().find(|at| **at > levels[landing].0).unwrap();
+    assert!(*next >= levels[landed].0 + 50_000, "{next} after {}", levels[landed].0);
+    assert_eq!(levels[landed..].iter().map(|l| l.1).collect::<Vec<_>>(), [0, 65_535], "and up in one go");
+    // A reset lifts it at once.
+    sim.send("S0\n");
+    sim.run_for(200_000);
+    sim.send([0x18]);
+    sim.finish();
+    assert!(matches!(sim.events().last(), Some(Event::Pen { pen: Pen::Off, .. })));
 }
 
 #[test]
@@ -377,4 +469,51 @@ proptest! {
             }
         }
     }
+}
+
+/// The motors of other kinematics draw what was asked for.
+#[test]
+fn crossed_belts_and_cords_draw_the_same_square() {
+    // 200 steps a mm, so that steps are small beside the tolerance of a line; $12 is that of the hanging pen.
+    let fine = [(100, 200.0), (101, 200.0), (110, 6000.0), (111, 6000.0), (12, 0.01)];
+    let square = "G0 X50 Y100\nG4 P0.03\nG1 X250 F3000\nY300\nX50\nY100\nG2 X150 Y200 R100\n";
+    // The chords of the arc, half a step for the lines that share a block, and the steps; the hanging pen's pieces besides.
+    for (kind, most) in [(0.0, 0.018), (1.0, 0.018), (2.0, 0.03)] {
+        let settings = common::settings(&[&fine[..], &[(500, kind)]].concat());
+        let mut sim: Sim = Sim::new(settings.clone());
+        sim.stream(square);
+        let path = sim.path();
+        let begin = path.windows(2).position(|w| w[1].0 - w[0].0 >= 30_000).map_or(0, |i| i + 1);
+        let mut far = 0.0f64;
+        for (_, steps) in &path[begin..] {
+            let [x, y, _] = settings.pen(steps.map(f64::from));
+            let side = |value: f64, at: f64| (value - at).abs();
+            let edges = [side(x, 50.0), side(x, 250.0), side(y, 100.0), side(y, 300.0)];
+            let arc = ((x - 150.0).hypot(y - 100.0) - 100.0).abs();
+            far = far.max(edges.into_iter().fold(arc, f64::min));
+        }
+        println!("kinematics {kind}: at most {far:.4} mm off");
+        assert!(far <= most, "kinematics {kind}: {far} mm off");
+        let end = settings.pen(sim.machine.position().map(f64::from));
+        assert!((end[0] - 150.0).abs() < 0.01 && (end[1] - 200.0).abs() < 0.01, "{end:?}");
+        // 900 mm and a little more than 150 at 50 mm/s, and some stops.
+        let seconds = (path[path.len() - 1].0 - path[begin].0) as f64 * 1e-6;
+        assert!((18.8..20.5).contains(&seconds), "kinematics {kind}: {seconds} s");
+        assert_eq!(sim.take(), "ok\r\n".repeat(7));
+        sim.send("?");
+        let report = sim.take();
+        assert!(report.contains("MPos:150.00") || report.contains("MPos:149.99"), "{report}");
+    }
+}
+
+#[test]
+fn a_hanging_pen_does_not_go_above_its_motors() {
+    let mut sim = Sim::with(&[(500, 2.0)]);
+    assert_eq!(sim.ask("G0 X100 Y800"), "error:33\r\n");
+    assert_eq!(sim.ask("G0 X100 Y700"), "ok\r\n");
+    // Half a circle that would: it stops, and waits for a reset.
+    sim.send("G2 X300 Y700 I100 F6000\n");
+    sim.run_for(2_000_000);
+    let answer = sim.take();
+    assert!(answer.starts_with("ALARM:2"), "{answer}");
 }

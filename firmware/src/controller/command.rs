@@ -6,6 +6,7 @@ use super::{Controller, Homing, Job, Mode};
 use crate::axis::{AXES, Axes};
 use crate::error::Error;
 use crate::gcode::{interpret, interpret_jog};
+use crate::planner::Planner;
 use crate::stepper::StepSink;
 use crate::storage::{Stored, StoredLine};
 use crate::system::{self, Restore, SystemCommand};
@@ -117,7 +118,9 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             SystemCommand::Settings => return Ok(Job::Settings(0)),
             SystemCommand::Parameters => return Ok(Job::Parameters(0)),
             SystemCommand::Modal => self.transmitter.modal(&self.gcode, &self.stored.settings),
-            SystemCommand::Version => self.transmitter.version(&self.stored.name, BLOCKS, crate::RX_BYTES),
+            SystemCommand::Version => {
+                self.transmitter.version(&self.stored.name, Planner::<BLOCKS>::LINES, crate::RX_BYTES)
+            }
             SystemCommand::Name(name) => {
                 let name = name.iter().copied().collect();
                 self.keep(Stored { name, ..self.stored.clone() })?;

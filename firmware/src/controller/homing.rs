@@ -166,7 +166,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     ) -> Progress {
         let Some(closed) = closed else {
             if self.limits(stepper).contains(axis) {
-                let closed = Some(self.millimetres(stepper.position())[axis]);
+                let closed = Some(self.stored.settings.pen(stepper.position().map(f64::from))[axis]);
                 homing.phase = Phase::Approach { axis, locating, closed };
                 return Progress::Moved;
             }
@@ -187,10 +187,10 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
 
     /// Calls the place where `axis` stands `mm`.
     fn call_here(&mut self, axis: usize, mm: f64, stepper: &mut impl StepSink) {
-        let mut steps = stepper.position();
-        // The cast saturates: the travel is at most 1e9 mm.
-        steps[axis] = libm::round(mm * self.stored.settings.steps_per_mm[axis]) as i32;
-        stepper.set_position(steps);
+        let settings = &self.stored.settings;
+        let mut here = settings.pen(stepper.position().map(f64::from));
+        here[axis] = mm;
+        stepper.set_position(settings.steps(here));
         self.sync_position(stepper);
     }
 

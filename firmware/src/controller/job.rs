@@ -119,7 +119,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             return self.dwell(seconds, actions, dwell, stepper);
         }
         if let Some(path) = &mut actions.motion {
-            let progress = self.plan(path);
+            let progress = self.plan(path, stepper);
             if matches!(progress, Progress::Done) {
                 actions.motion = None;
                 return if actions.flow == Flow::Run { Progress::Done } else { Progress::Moved };
@@ -189,31 +189,60 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     }
 
     /// Plans the next straight piece of `path`.
-    fn plan(&mut self, path: &mut Path) -> Progress {
-        if self.planner.is_full() {
+    fn plan(&mut self, path: &mut Path, stepper: &impl StepSink) -> Progress {
+        if self.planner.is_full(stepper.drawn().lines) {
             return Progress::Waiting;
         }
-        let (target, speed, last) = match path {
-            Path::Line { via, target, speed } => {
-                let first = via.take();
-                (first.unwrap_or(*target), *speed, first.is_none())
-            }
-            Path::Arc(arc) => match arc.next() {
-                Some(target) => (target, arc.speed, false),
-                None => return Progress::Done,
+        match path {
+            Path::Line { via, target, speed } => match *via {
+                Some(first) => match self.line(first, *speed) {
+                    Progress::Done => {
+                        *via = None;
+                        Progress::Moved
+                    }
+                    progress => progress,
+                },
+                None => self.line(*target, *speed),
             },
-        };
+            Path::Arc(arc) => {
+                let mut ahead = arc.clone();
+                let Some(target) = ahead.next() else { return Progress::Done };
+                match self.line(target, arc.speed) {
+                    Progress::Done => {
+                        *arc = ahead;
+                        Progress::Moved
+                    }
+                    progress => progress,
+                }
+            }
+        }
+    }
+
+    /// Plans what is left of a line, or the next piece of it that is straight for the motors.
+    fn line(&mut self, target: [f64; AXES], speed: Speed) -> Progress {
         if !self.stored.settings.in_travel(target) {
             self.soft_limit();
             return Progress::Waiting;
         }
+        let from = self.planner.end();
+        let pieces = self.stored.settings.kinematics.pieces(from, target, self.stored.settings.arc_tolerance);
+        for piece in 1..pieces {
+            let share = f64::from(piece) / f64::from(pieces);
+            let on_the_way = core::array::from_fn(|axis| from[axis] + (target[axis] - from[axis]) * share);
+            // Less than a step is nothing: then so many pieces together.
+            if self.append(on_the_way, speed) {
+                return Progress::Moved;
+            }
+        }
         self.append(target, speed);
-        if last { Progress::Done } else { Progress::Moved }
+        Progress::Done
     }
 
-    pub(super) fn append(&mut self, target: [f64; AXES], speed: Speed) {
-        if self.planner.append(target, speed, self.waiting_pen, self.gcode.line, &self.stored.settings) {
+    pub(super) fn append(&mut self, target: [f64; AXES], speed: Speed) -> bool {
+        let appended = self.planner.append(target, speed, self.waiting_pen, self.gcode.line, &self.stored.settings);
+        if appended {
             self.waiting_pen = None;
         }
+        appended
     }
 }

@@ -9,7 +9,7 @@ mod stop;
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::axis::{AXES, Axes};
+use crate::axis::Axes;
 use crate::error::Error;
 use crate::gcode::{Actions, GcodeState};
 use crate::hal::Wiring;
@@ -240,7 +240,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         self.mind_pen(stepper);
         let moved = self.is_started() && self.transmitter.has_room() && self.advance(stepper);
         // A first block alone would have to be planned to a stop: see first whether the port has more to add.
-        if self.running || !moved || self.planner.is_full() {
+        if self.running || !moved || self.planner.is_full(stepper.drawn().lines) {
             self.generate(stepper);
         }
         moved
@@ -293,6 +293,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             invert_enable: settings.invert_enable,
             // Asleep, the motors are released at once.
             idle_delay_ms: if self.mode == Mode::Sleep { 0 } else { settings.idle_delay_ms },
+            pen: settings.pen_motion(),
         }
     }
 
@@ -309,16 +310,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Takes the position from the steps.
     fn sync_position(&mut self, stepper: &impl StepSink) {
         let steps = stepper.position();
-        self.planner.reset(steps, &self.stored.settings);
-        self.gcode.position = self.millimetres(steps);
-    }
-
-    fn millimetres(&self, steps: [i32; AXES]) -> [f64; AXES] {
-        let mut mm = [0.0; AXES];
-        for axis in 0..AXES {
-            mm[axis] = f64::from(steps[axis]) / self.stored.settings.steps_per_mm[axis];
-        }
-        mm
+        self.planner.reset(steps, stepper.drawn().lines, &self.stored.settings);
+        self.gcode.position = self.stored.settings.pen(steps.map(f64::from));
     }
 
     /// Hands segments to the stepper while it has room.

@@ -45,14 +45,15 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         } else {
             self.override_report = self.override_report.saturating_sub(1);
         }
+        let drawn = stepper.drawn();
         let feed = f64::from(libm::sqrtf(self.planner.speed_sqr)) * 60.0;
         let status = Status {
             state: self.state(stepper),
-            position: self.millimetres(stepper.position()),
+            position: self.stored.settings.pen(stepper.position().map(f64::from)),
             offset: self.gcode.work_offset(&self.stored.systems),
-            blocks_free: self.planner.free(),
+            lines_free: self.planner.free(drawn.lines),
             rx_free: self.receiver.free(),
-            line: self.planner.current.as_ref().map_or(0, |c| c.block.line),
+            line: drawn.number,
             feed,
             speed: if self.gcode.spindle == Spindle::Off { 0.0 } else { self.gcode.speed },
             limits: self.limits(stepper),

@@ -11,9 +11,6 @@ use crate::storage::Stored;
 /// Largest N word.
 const MAX_LINE_NUMBER: f64 = 10_000_000.0;
 
-/// Largest distance of a target from the origin in steps, so that the difference of two targets fits i32.
-const MAX_STEPS: f64 = 1_073_741_823.0;
-
 /// Interprets one stripped line.
 ///
 /// Returns the state after it and what is to be done. Cost: linear in the length of the line; the arc alone needs transcendental functions.
@@ -174,10 +171,9 @@ pub(crate) fn interpret_jog(line: &[u8], state: &GcodeState, stored: &Stored) ->
     Ok((new, Actions { motion: Some(path), ..Actions::default() }))
 }
 
-/// Refuses a place whose steps would overflow.
+/// Refuses a place where the pen cannot be, or whose steps would overflow.
 fn in_range(mm: [f64; AXES], settings: &Settings) -> Result<(), Error> {
-    let overflows = mm.iter().zip(settings.steps_per_mm()).any(|(mm, scale)| (mm * scale).abs() > MAX_STEPS);
-    if overflows { Err(Error::InvalidTarget) } else { Ok(()) }
+    if settings.reaches(mm) { Ok(()) } else { Err(Error::InvalidTarget) }
 }
 
 /// Where the axis words lead, machine mm; they count as used.
@@ -249,8 +245,7 @@ fn motion(words: &mut Words, new: &mut GcodeState, feed: Option<f64>, stored: &S
             let settings = &stored.settings;
             let mut arc = Arc::new(start, target, new.plane, centre, clockwise, settings.arc_tolerance, Speed::Rapid)?;
             arc.speed = speed(arc.length());
-            let scale = settings.steps_per_mm[a].max(settings.steps_per_mm[b]);
-            if arc.reach() * scale > MAX_STEPS {
+            if !settings.counts(arc.reach()) {
                 return Err(Error::InvalidTarget);
             }
             Path::Arc(arc)

@@ -115,6 +115,12 @@ impl NorFlash for RamFlash {
     }
 }
 
+/// A machine that looks `BLOCKS` blocks ahead.
+pub(crate) struct Sim<const BLOCKS: usize = 15> {
+    pub(crate) machine: Machine<Recorder, BLOCKS, RamFlash>,
+    pub(crate) answers: Vec<u8>,
+}
+
 /// Default settings changed by `$n=value` pairs.
 pub(crate) fn settings(changes: &[(u16, f64)]) -> Settings {
     let mut settings = Settings::default();
@@ -124,14 +130,25 @@ pub(crate) fn settings(changes: &[(u16, f64)]) -> Settings {
     settings
 }
 
-pub(crate) struct Sim {
-    pub(crate) machine: Machine<Recorder, 15, RamFlash>,
-    pub(crate) answers: Vec<u8>,
-}
-
 impl Sim {
+    /// As usual, with these settings changed.
+    pub(crate) fn with(changes: &[(u16, f64)]) -> Self {
+        Self::new(settings(changes))
+    }
+
     /// Switched on with such a memory; what it says is not read yet.
     pub(crate) fn start(settings: Settings, flash: RamFlash) -> Self {
+        Self::boot(settings, flash)
+    }
+
+    /// Switched off and on again; what it says is not read yet.
+    pub(crate) fn restarted(&self, settings: Settings) -> Self {
+        Self::start(settings, self.machine.storage().clone())
+    }
+}
+
+impl<const BLOCKS: usize> Sim<BLOCKS> {
+    fn boot(settings: Settings, flash: RamFlash) -> Self {
         let machine = Machine::with_storage(Recorder::default(), settings, flash);
         let mut sim = Self { machine, answers: Vec::new() };
         sim.settle();
@@ -140,20 +157,10 @@ impl Sim {
 
     /// Started, and its banner read.
     pub(crate) fn new(settings: Settings) -> Self {
-        let mut sim = Self::start(settings, RamFlash::default());
+        let mut sim = Self::boot(settings, RamFlash::default());
         let said = sim.take();
         assert!(said.starts_with("\r\nGrbl 1.1h ['$' for help]\r\n"), "{said}");
         sim
-    }
-
-    /// Switched off and on again; what it says is not read yet.
-    pub(crate) fn restarted(&self, settings: Settings) -> Self {
-        Self::start(settings, self.machine.storage().clone())
-    }
-
-    /// Default settings changed by `$n=value` pairs.
-    pub(crate) fn with(changes: &[(u16, f64)]) -> Self {
-        Self::new(settings(changes))
     }
 
     /// Lets the main loop run until it waits.

@@ -419,7 +419,7 @@ mod tests {
         assert!(hear_all(&mut port).contains("Grbl 1.1"));
         port.write_all(b"$I\n").unwrap();
         let answer = hear_all(&mut port);
-        assert!(answer.contains("[OPT:VH,15,128]") && answer.ends_with("ok\r\n"), "{answer}");
+        assert!(answer.contains("[OPT:VH,896,128]") && answer.ends_with("ok\r\n"), "{answer}");
         port.write_all(b"$$\n").unwrap();
         let answer = hear_all(&mut port);
         assert!(answer.contains("$32=0\r\n") && answer.ends_with("ok\r\n"), "{answer}");

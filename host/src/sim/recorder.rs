@@ -57,8 +57,10 @@ impl PenSense {
 #[derive(Clone, Debug)]
 pub(super) struct Recorder {
     sense: PenSense,
-    /// mm a step, of x and y. The mechanics have it; a job that changes `$100` does not change it.
-    step_mm: DVec2,
+    /// Of the mechanics: a job that changes `$100` does not change them.
+    settings: Settings,
+    /// Half of the shorter step, mm.
+    tolerance: f64,
     negative: Axes,
     position: [i64; AXES],
     steps: [u64; AXES],
@@ -75,17 +77,18 @@ pub(super) struct Recorder {
 impl Recorder {
     pub(super) fn new(sense: PenSense, settings: &Settings) -> Self {
         let [x, y, _] = settings.steps_per_mm();
-        let step_mm = DVec2::new(1.0 / x, 1.0 / y);
+        let tolerance = 0.5 / x.max(y);
         Self {
             sense,
-            step_mm,
+            settings: settings.clone(),
+            tolerance,
             negative: Axes::NONE,
             position: [0; AXES],
             steps: [0; AXES],
             servo: Servo::Off,
             raised: false,
             pen_down: false,
-            trace: Simplifier::new(DVec2::ZERO, 0.5 * step_mm.min_element()),
+            trace: Simplifier::new(DVec2::ZERO, tolerance),
             moved: false,
             traces: Vec::new(),
         }
@@ -109,7 +112,8 @@ impl Recorder {
     }
 
     fn at(&self) -> DVec2 {
-        DVec2::new(self.position[0] as f64, self.position[1] as f64) * self.step_mm
+        let [x, y, _] = self.settings.pen(self.position.map(|steps| steps as f64));
+        DVec2::new(x, y)
     }
 
     /// Begins a trace if the pen has changed.
@@ -118,7 +122,7 @@ impl Recorder {
         if down == self.pen_down {
             return;
         }
-        let next = Simplifier::new(self.at(), 0.5 * self.step_mm.min_element());
+        let next = Simplifier::new(self.at(), self.tolerance);
         let trace = std::mem::replace(&mut self.trace, next);
         // A pen that is up and goes nowhere leaves nothing to tell; one that is down leaves a dot.
         if self.pen_down || self.moved {
