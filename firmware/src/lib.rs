@@ -43,6 +43,16 @@
 //! and the text of `$I=`. Two slots take turns, so that a cut of the power while one is written leaves the record of the other. Without a memory
 //! all of these last until the machine is switched off.
 //!
+//! # HPGL
+//!
+//! The same machine is an HPGL plotter when `$450` says so, or (`$450=0`) when the first thing that it hears is `ESC` or `IN;`; 0x18 goes back to G-code.
+//! It knows `IN DF SP PU PD PA PR PE VS IP SC IW`, answers `OA OC OE OF OH OI OO OP OS OW`, and obeys device control (`ESC.` with `@ B E H I K L M N O R ( ) Y Z`) at once, past a buffer of
+//! [`HPGL_BYTES`]. There is one pen: SP0 puts it away, any other takes it. It draws no arcs and letters no labels; an instruction that it does not know is error 1 of
+//! `OE`, and error 7 says that an alarm has it locked. A line that begins with `$` is a system command here too.
+//!
+//! Plotter units of `$451` (0.025 mm; HP's own plotters: 0.02488) lie at the work origin, and what is outside of the travel is not drawn. PD goes to the pen's level of `$30`,
+//! each change of the pen is given `$452` ms, and without VS the machine is as fast as its axes. A pen on the Z axis is for G-code.
+//!
 //! # Homing and limits
 //!
 //! `$22=1` has the machine start locked until `$H` has found the home switches of the axes in `$44`: towards the ends that `$23` says, at the feeds of `$25` and `$24`, with the
@@ -85,8 +95,9 @@
 //!
 //! | | bytes of RAM, 32-bit |
 //! |---|---|
-//! | [`Machine`] with 15 blocks (default) | below 5 K |
-//! | with 64 blocks | below 8 K |
+//! | [`Machine`] with 15 blocks (default) | below 6 K |
+//! | with 64 blocks | below 9 K |
+//! | of which the receive ring, for HPGL | [`HPGL_BYTES`] |
 //! | of which what is stored | below 1 K |
 //! | stack while a record is written | 3 K |
 //! | of which [`Stepper`] with its queue of [`SEGMENTS`] commands | below 1 K |
@@ -117,6 +128,7 @@ mod dda;
 mod error;
 mod gcode;
 mod hal;
+mod hpgl;
 mod kinematics;
 mod line;
 mod machine;
@@ -140,6 +152,7 @@ pub use axis::{AXES, Axes};
 pub use controller::Controller;
 pub use error::{Alarm, Error};
 pub use hal::{AxisDriver, Hardware, Pins, StepDirection, Wiring};
+pub use hpgl::HPGL_BYTES;
 pub use kinematics::{Hanging, Kinematics};
 pub use line::{LINE_CHARS, RX_BYTES};
 pub use machine::Machine;

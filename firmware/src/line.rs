@@ -3,25 +3,42 @@
 use heapless::{Deque, Vec};
 
 use crate::error::Error;
+use crate::hpgl::HPGL_BYTES;
 
-/// Bytes the receive ring holds; the sum that a character-counting sender may have in flight.
+/// Bytes the receive ring holds for G-code; the sum that a character-counting sender may have in flight.
 pub const RX_BYTES: usize = 128;
 
 /// Characters a line may hold after stripping.
 pub const LINE_CHARS: usize = 79;
 
 /// The receive ring: a byte that does not fit is lost without a word, as on the real board, but counted.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Receiver {
-    ring: Deque<u8, RX_BYTES>,
+    ring: Deque<u8, HPGL_BYTES>,
+    /// Bytes that it takes, by the language.
+    limit: usize,
     lost: u32,
 }
 
+impl Default for Receiver {
+    fn default() -> Self {
+        Self { ring: Deque::new(), limit: RX_BYTES, lost: 0 }
+    }
+}
+
 impl Receiver {
-    pub(crate) fn push(&mut self, byte: u8) {
-        if self.ring.push_back(byte).is_err() {
+    /// Has it take so many bytes from now on.
+    pub(crate) fn set_limit(&mut self, limit: usize) {
+        self.limit = limit.min(HPGL_BYTES);
+    }
+
+    /// Takes a byte; false when it is lost.
+    pub(crate) fn push(&mut self, byte: u8) -> bool {
+        let taken = self.free() > 0 && self.ring.push_back(byte).is_ok();
+        if !taken {
             self.lost = self.lost.saturating_add(1);
         }
+        taken
     }
 
     pub(crate) fn pop(&mut self) -> Option<u8> {
@@ -29,11 +46,15 @@ impl Receiver {
     }
 
     pub(crate) fn free(&self) -> usize {
-        RX_BYTES - self.ring.len()
+        self.limit.saturating_sub(self.ring.len())
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.ring.is_empty()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.ring.len()
     }
 
     pub(crate) fn lost(&self) -> u32 {
@@ -83,6 +104,16 @@ impl LineEditor {
     /// The stripped line, or [`Error::LineOverflow`].
     pub(crate) fn line(&self) -> Result<&[u8], Error> {
         if self.overflow { Err(Error::LineOverflow) } else { Ok(&self.text) }
+    }
+
+    /// Characters of the line so far.
+    pub(crate) fn len(&self) -> usize {
+        self.text.len()
+    }
+
+    /// Whether the line so far is nothing, not even a comment.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.text.is_empty() && self.comment == Comment::None && !self.overflow
     }
 
     pub(crate) fn clear(&mut self) {

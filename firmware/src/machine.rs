@@ -128,6 +128,12 @@ impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Machine<H, BLOCKS, F> {
         self.controller.rx_free()
     }
 
+    /// The level of the ready line (DTR) for HPGL's hardware handshake: see [`Controller::is_ready`].
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.controller.is_ready()
+    }
+
     /// The memory for what outlives switching off.
     #[must_use]
     pub fn storage(&self) -> &F {
@@ -167,8 +173,8 @@ mod tests {
     /// The figures of the crate's documentation; they hold on 32-bit boards too, where only the queues' lengths are smaller.
     #[test]
     fn ram_is_as_documented() {
-        assert!(size_of::<Machine<None>>() <= 5 * 1024);
-        assert!(size_of::<Machine<None, 64>>() <= 8 * 1024);
+        assert!(size_of::<Machine<None>>() <= 6 * 1024);
+        assert!(size_of::<Machine<None, 64>>() <= 9 * 1024);
         assert!(size_of::<Stepper<None>>() <= 1024);
         assert!(size_of::<crate::storage::Stored>() <= 1024);
     }

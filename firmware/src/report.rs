@@ -45,10 +45,26 @@ impl Transmitter {
     fn line(&mut self, write: impl FnOnce(&mut String<ANSWER_BYTES>) -> fmt::Result) {
         let mut text = String::new();
         if write(&mut text).and_then(|()| text.write_str("\r\n")).is_ok() && TX_BYTES - self.ring.len() >= text.len() {
-            for byte in text.bytes() {
+            self.bytes(text.as_bytes());
+        }
+    }
+
+    /// Bytes as they are; nothing when there is no room for all of them.
+    pub(crate) fn bytes(&mut self, bytes: &[u8]) {
+        if TX_BYTES - self.ring.len() >= bytes.len() {
+            for &byte in bytes {
                 // The room has just been checked.
                 let _ = self.ring.push_back(byte);
             }
+        }
+    }
+
+    /// An answer of HPGL, with the end that was asked for.
+    pub(crate) fn reply(&mut self, end: &[u8], write: impl FnOnce(&mut String<ANSWER_BYTES>) -> fmt::Result) {
+        let mut text = String::new();
+        if write(&mut text).is_ok() && TX_BYTES - self.ring.len() >= text.len() + end.len() {
+            self.bytes(text.as_bytes());
+            self.bytes(end);
         }
     }
 

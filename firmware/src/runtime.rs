@@ -173,6 +173,12 @@ impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Foreground<H, BLOCKS, F> {
         Self { shared, controller: Controller::with_storage(defaults, flash) }
     }
 
+    /// The level of the port's ready line (DTR): see [`Controller::is_ready`].
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.controller.is_ready()
+    }
+
     /// One turn: takes what has arrived, polls, and sends what the port takes at once, without waiting for it. Returns true when another turn would do more at once; else
     /// one is due when a byte arrives, when the port can take another, and after a millisecond at most, for the steps' sake.
     ///

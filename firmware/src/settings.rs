@@ -67,6 +67,12 @@ pub struct Settings {
     pub(crate) parking: bool,
     /// `$44` (as in grblHAL): axes that have a home switch, bits 0 to 2. They home one after the other: Z, X, Y.
     pub(crate) home_axes: u8,
+    /// `$450`: the language from the next start or reset: 0 by the first bytes, 1 G-code, 2 HPGL.
+    pub(crate) language: u8,
+    /// `$451`: HPGL plotter unit, mm, 0.001 to 1.
+    pub(crate) plotter_unit: f64,
+    /// `$452`: time that HPGL gives the pen to go up or down, ms, 0 to 10000.
+    pub(crate) pen_delay: u16,
     /// `$100`–`$102`: steps per mm, > 0.
     pub(crate) steps_per_mm: [f64; AXES],
     /// `$110`–`$112`: maximum rate, mm/min, > 0.
@@ -115,6 +121,9 @@ impl Default for Settings {
             laser_mode: false,
             parking: false,
             home_axes: 0b011,
+            language: 0,
+            plotter_unit: 0.025,
+            pen_delay: 150,
             steps_per_mm: [80.0, 80.0, 80.0],
             max_rate: [12_000.0, 12_000.0, 3_000.0],
             acceleration: [1000.0, 1000.0, 500.0],
@@ -129,9 +138,9 @@ impl Default for Settings {
 }
 
 /// The numbers that `$$` lists, in its order.
-pub(crate) const SETTING_IDS: [u16; 46] = [
+pub(crate) const SETTING_IDS: [u16; 49] = [
     0, 1, 2, 3, 4, 5, 6, 10, 11, 12, 13, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31, 32, 41, 44, 100, 101, 102, 110, 111,
-    112, 120, 121, 122, 130, 131, 132, 140, 141, 142, 500, 501, 502, 503, 510, 511, 512,
+    112, 120, 121, 122, 130, 131, 132, 140, 141, 142, 450, 451, 452, 500, 501, 502, 503, 510, 511, 512,
 ];
 
 /// `$22`: `$H` homes.
@@ -169,6 +178,9 @@ impl Settings {
             32 => flag(self.laser_mode),
             41 => flag(self.parking),
             44 => (f64::from(self.home_axes), 0),
+            450 => (f64::from(self.language), 0),
+            451 => (self.plotter_unit, 5),
+            452 => (f64::from(self.pen_delay), 0),
             100..=142 => (*self.table(id)?, 3),
             500 => match self.kinematics {
                 Kinematics::Cartesian => (0.0, 0),
@@ -217,14 +229,18 @@ impl Settings {
             23 => self.home_negative = byte(value)? & 0b111,
             24 => self.home_feed = positive(value)?,
             25 => self.home_seek = positive(value)?,
-            26 if value > 10_000.0 => return Err(Error::NegativeValue),
-            26 => self.home_debounce = value as u16,
+            26 => self.home_debounce = milliseconds(value)?,
             27 => self.home_pull_off = positive(value)?,
             30 => self.spindle_max = value,
             31 => self.spindle_min = value,
             32 => self.laser_mode = value != 0.0,
             41 => self.parking = value != 0.0,
             44 => self.home_axes = byte(value)? & 0b111,
+            450 if value > 2.0 => return Err(Error::NegativeValue),
+            450 => self.language = value as u8,
+            451 if !(0.001..=1.0).contains(&value) => return Err(Error::NegativeValue),
+            451 => self.plotter_unit = value,
+            452 => self.pen_delay = milliseconds(value)?,
             100..=142 => {
                 let mut changed = self.clone();
                 let value = if id >= 140 && value == 0.0 { value } else { positive(value)? };
@@ -426,6 +442,11 @@ fn length(value: f64) -> Result<f64, Error> {
     if value <= 1e9 { Ok(value) } else { Err(Error::NegativeValue) }
 }
 
+/// Up to 10 s.
+fn milliseconds(value: f64) -> Result<u16, Error> {
+    if value <= 10_000.0 { Ok(value as u16) } else { Err(Error::NegativeValue) }
+}
+
 fn byte(value: f64) -> Result<u8, Error> {
     if value <= 255.0 { Ok(value as u8) } else { Err(Error::NegativeValue) }
 }
@@ -479,6 +500,8 @@ mod tests {
             (12, 0.0, Error::NegativeValue),
             (24, 0.0, Error::NegativeValue),
             (26, 10_001.0, Error::NegativeValue),
+            (450, 3.0, Error::NegativeValue),
+            (451, 0.0, Error::NegativeValue),
             (99, 1.0, Error::InvalidStatement),
             (103, 1.0, Error::InvalidStatement),
             (100, 0.0, Error::NegativeValue),

@@ -96,7 +96,7 @@ fn refused_lines_change_nothing() {
 fn listings() {
     let mut sim = Sim::with(&[]);
     let settings = sim.ask("$$");
-    assert_eq!(settings.lines().count(), 47);
+    assert_eq!(settings.lines().count(), 50);
     assert!(settings.starts_with("$0=10\r\n$1=255\r\n$2=0\r\n"), "{settings}");
     assert!(settings.contains("\r\n$100=80.000\r\n") && settings.ends_with("$512=0\r\nok\r\n"), "{settings}");
     assert_eq!(sim.ask("$I"), "[VER:1.1h.penvis:]\r\n[OPT:VH,896,128]\r\nok\r\n");
@@ -130,7 +130,7 @@ fn listings_wait_for_a_slow_reader() {
         answer.extend(sim.machine.transmit());
     }
     let answer = String::from_utf8(answer).unwrap();
-    assert_eq!(answer.lines().count(), 47);
+    assert_eq!(answer.lines().count(), 50);
     assert!(answer.ends_with("ok\r\n"));
 }
 

@@ -18,7 +18,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     }
 
     /// Takes up the next start-up line. False when there is none.
-    pub(super) fn start_up(&mut self, _: &mut impl StepSink) -> bool {
+    pub(super) fn start_up(&mut self) -> bool {
         let Some(next) = self.startup else { return false };
         let Some((index, line)) = self.stored.startup.iter().enumerate().skip(next).find(|(_, line)| !line.is_empty())
         else {
@@ -35,13 +35,18 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     pub(super) fn read_line(&mut self, stepper: &mut impl StepSink) -> bool {
         while let Some(byte) = self.receiver.pop() {
             if self.editor.push(byte) {
-                let result = self.take_line(stepper);
-                self.editor.clear();
-                self.take_up(result);
+                self.end_line(stepper);
                 return true;
             }
         }
         false
+    }
+
+    /// The editor has a whole line.
+    pub(super) fn end_line(&mut self, stepper: &mut impl StepSink) {
+        let result = self.take_line(stepper);
+        self.editor.clear();
+        self.take_up(result);
     }
 
     /// A line has been read: it is answered at once, or when its job is done.

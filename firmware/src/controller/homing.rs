@@ -43,6 +43,8 @@ pub(super) struct Homing {
     phase: Phase,
     /// Start-up lines follow: `$H` without an axis.
     pub(super) whole: bool,
+    /// No line waits for its answer: HPGL's `IN`.
+    pub(super) silent: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +61,12 @@ enum Phase {
 
 impl Homing {
     pub(super) fn new(axes: Axes, whole: bool) -> Self {
-        Self { left: axes, phase: Phase::Begin, whole }
+        Self { left: axes, phase: Phase::Begin, whole, silent: false }
+    }
+
+    /// That is not answered.
+    pub(super) fn silent(axes: Axes) -> Self {
+        Self { silent: true, ..Self::new(axes, false) }
     }
 }
 
@@ -199,7 +206,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         self.stop_at_once(stepper);
         self.job = Job::None;
         self.mode = Mode::Alarm;
-        self.transmitter.alarm(alarm);
+        self.tell_alarm(alarm);
         self.reset = true;
     }
 }

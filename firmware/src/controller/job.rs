@@ -15,7 +15,9 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Goes on with the job, or else takes up the next line. True when anything was done.
     pub(super) fn advance(&mut self, stepper: &mut impl StepSink) -> bool {
         match core::mem::take(&mut self.job) {
-            Job::None => self.start_up(stepper) || self.read_line(stepper),
+            Job::None if self.start_up() => true,
+            Job::None if self.speech.is_hpgl() => self.plot(stepper),
+            Job::None => self.read_line(stepper),
             Job::Settings(index) => {
                 if let Some(id) = setting_id(index) {
                     self.transmitter.setting(id, &self.stored.settings);
@@ -40,7 +42,9 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
                 match progress {
                     Progress::Done => {
                         self.job = Job::None;
-                        self.transmitter.answer(Ok(()));
+                        if !homing.silent {
+                            self.transmitter.answer(Ok(()));
+                        }
                         self.startup = homing.whole.then_some(0);
                     }
                     // A failure has ended it without an answer.

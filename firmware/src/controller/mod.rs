@@ -4,6 +4,7 @@ mod command;
 mod hold;
 mod homing;
 mod job;
+mod plot;
 mod status;
 mod stop;
 
@@ -23,6 +24,7 @@ use crate::stepper::{Command, StepSink};
 use crate::storage::{Loaded, NoStorage, Slots, Stored};
 use hold::Hold;
 use homing::Homing;
+use plot::Speech;
 
 /// Longest piece of a dwell, µs: so long a reset may go unnoticed by the step interrupt.
 const DWELL_PIECE: u64 = 50_000;
@@ -80,6 +82,7 @@ enum Progress {
 #[derive(Debug)]
 pub struct Controller<const BLOCKS: usize, F = NoStorage> {
     receiver: Receiver,
+    speech: Speech,
     editor: LineEditor,
     transmitter: Transmitter,
     slots: Slots<F>,
@@ -145,6 +148,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         };
         let mut controller = Self {
             receiver: Receiver::default(),
+            speech: Speech::default(),
             editor: LineEditor::default(),
             transmitter,
             slots,
@@ -174,14 +178,21 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             override_report: 1,
             configured: false,
         };
+        controller.choose_language();
         controller.greet();
         controller
     }
 
     /// Takes one byte from the port. Real-time bytes are noted at once, the others wait in the ring of [`crate::RX_BYTES`]; what does not fit is lost. Cost: constant.
+    /// In HPGL the real-time bytes are device control (`ESC.`) and 0x18.
     pub fn receive(&mut self, byte: u8) {
+        if self.hear(byte) {
+            return;
+        }
         match RealTime::from_byte(byte) {
-            None => self.receiver.push(byte),
+            None => {
+                self.receiver.push(byte);
+            }
             Some(RealTime::StatusReport) => self.status_wanted = true,
             Some(RealTime::CycleStart) if self.mode != Mode::NeedsReset => self.hold.resume(),
             Some(RealTime::FeedHold | RealTime::JogCancel) if self.jogging => self.cancel_jog = true,
@@ -191,7 +202,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
                 self.cancel_jog |= self.jogging;
                 self.hold.open_door();
             }
-            Some(RealTime::SoftReset) => self.reset = true,
+            Some(RealTime::SoftReset) => self.ask_reset(),
             Some(RealTime::Feed(change)) => self.overrides.feed = change.apply(self.overrides.feed),
             Some(RealTime::Rapid(percent)) => self.overrides.rapid = percent,
             Some(RealTime::Pen(change)) => {
@@ -250,7 +261,10 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     pub fn is_idle(&self, stepper: &impl StepSink) -> bool {
         !(self.reset || self.status_wanted)
             && (!self.is_started()
-                || (self.receiver.is_empty() && matches!(self.job, Job::None) && !self.has_startup()))
+                || (self.receiver.is_empty()
+                    && matches!(self.job, Job::None)
+                    && !self.has_startup()
+                    && self.speech.is_idle()))
             && self.is_still(stepper)
             && self.transmitter.is_empty()
     }
@@ -268,6 +282,11 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Bytes that the receive ring has room for.
     pub fn rx_free(&self) -> usize {
         self.receiver.free()
+    }
+
+    /// The level of the ready line (DTR), by which HPGL's hardware handshake (`ESC.@`) stops the computer.
+    pub fn is_ready(&self) -> bool {
+        self.speech.is_ready()
     }
 
     /// The memory for what outlives switching off.

@@ -21,6 +21,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         };
         self.receiver.clear();
         self.editor.clear();
+        self.hear_anew();
         if !self.transmitter.has_room() {
             // Nobody reads; what comes now matters more.
             self.transmitter.clear();
@@ -35,23 +36,38 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         (self.pen_override, self.pen_due) = (100, false);
         self.gcode = GcodeState { offset: self.gcode.offset, ..GcodeState::default() };
         self.stop_at_once(stepper);
-        if let Some(alarm) = alarm {
-            self.transmitter.alarm(alarm);
-        }
         // An alarm stays locked until `$H` or `$X`, like everything that is not a check.
         let locked = alarm.is_some() || matches!(self.mode, Mode::Alarm | Mode::NeedsReset | Mode::Sleep);
         self.mode = if locked { Mode::Alarm } else { Mode::Normal };
+        if let Some(alarm) = alarm {
+            self.tell_alarm(alarm);
+        }
         stepper.configure(self.wiring());
         self.offset_report = 0;
         self.override_report = 1;
         self.greet();
     }
 
-    /// The banner, and the start-up lines, or why they are not run.
+    /// Says why it has stopped; to HPGL, when it asks.
+    pub(super) fn tell_alarm(&mut self, alarm: Alarm) {
+        if self.speech.is_hpgl() {
+            self.speech.fail();
+            return;
+        }
+        self.transmitter.alarm(alarm);
+        if self.mode == Mode::NeedsReset {
+            self.transmitter.text("[MSG:Reset to continue]");
+        }
+    }
+
+    /// The banner, and the start-up lines, or why they are not run. HPGL has neither.
     pub(super) fn greet(&mut self) {
+        self.startup = None;
+        if self.speech.is_hpgl() {
+            return;
+        }
         self.transmitter.banner();
         if self.mode == Mode::Alarm {
-            self.startup = None;
             self.transmitter.text("[MSG:'$H'|'$X' to unlock]");
         } else {
             self.startup = Some(0);
@@ -85,8 +101,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     pub(super) fn soft_limit(&mut self) {
         self.hold.begin();
         self.mode = Mode::NeedsReset;
-        self.transmitter.alarm(Alarm::SoftLimit);
-        self.transmitter.text("[MSG:Reset to continue]");
+        self.tell_alarm(Alarm::SoftLimit);
     }
 
     /// With `$21`, a switch that closes stops the machine at once. One that was closed before does not: the machine must be able to leave it.
@@ -103,8 +118,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             self.cancel_jog = false;
             self.stop_at_once(stepper);
             self.mode = Mode::NeedsReset;
-            self.transmitter.alarm(Alarm::HardLimit);
-            self.transmitter.text("[MSG:Reset to continue]");
+            self.tell_alarm(Alarm::HardLimit);
         }
     }
 

@@ -172,7 +172,7 @@ pub(crate) fn interpret_jog(line: &[u8], state: &GcodeState, stored: &Stored) ->
 }
 
 /// Refuses a place where the pen cannot be, or whose steps would overflow.
-fn in_range(mm: [f64; AXES], settings: &Settings) -> Result<(), Error> {
+pub(crate) fn in_range(mm: [f64; AXES], settings: &Settings) -> Result<(), Error> {
     if settings.reaches(mm) { Ok(()) } else { Err(Error::InvalidTarget) }
 }
 

@@ -9,6 +9,6 @@ mod order;
 mod words;
 
 pub(crate) use arc::Arc;
-pub(crate) use interpret::{interpret, interpret_jog};
+pub(crate) use interpret::{in_range, interpret, interpret_jog};
 pub(crate) use modal::{Distance, FeedMode, GcodeState, Motion, Plane, Spindle, Units};
 pub(crate) use order::{Actions, Flow, Keep, Path, PenOrder, Speed};
