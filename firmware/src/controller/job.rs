@@ -223,7 +223,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     }
 
     /// Plans what is left of a line, or the next piece of it that is straight for the motors.
-    fn line(&mut self, target: [f64; AXES], speed: Speed) -> Progress {
+    pub(super) fn line(&mut self, target: [f64; AXES], speed: Speed) -> Progress {
         if !self.stored.settings.in_travel(target) {
             self.soft_limit();
             return Progress::Waiting;

@@ -9,7 +9,7 @@ use core::fmt::Write;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Deque;
 
-use super::{Controller, Homing, Job, Mode};
+use super::{Controller, Homing, Job, Mode, Progress};
 use crate::gcode::{PenOrder, Speed, Spindle, in_range};
 use crate::hpgl::{Control, HPGL_BYTES, OPS, Op, Order, Plotter, Question, Received, Window};
 use crate::line::RX_BYTES;
@@ -289,7 +289,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             return true;
         }
         match op {
-            Op::Go { to, speed } => self.go(to, speed),
+            Op::Go { to, speed } => self.go(to, speed, stepper),
             Op::Pen(down) => self.put_pen(down, stepper),
             Op::Initialise => {
                 if self.mode == Mode::Alarm && !self.stored.settings.homing_axes().is_empty() {
@@ -308,10 +308,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         }
     }
 
-    fn go(&mut self, to: [f64; 2], speed: Option<f64>) -> bool {
-        if self.planner.is_full() {
-            return false;
-        }
+    /// Plans the way, in pieces that are straight for the motors; false while the planner has no room for the next.
+    fn go(&mut self, to: [f64; 2], speed: Option<f64>, stepper: &impl StepSink) -> bool {
         let (origin, unit) = (self.plotter_origin(), self.stored.settings.plotter_unit);
         let mut target = self.gcode.position;
         for axis in 0..2 {
@@ -323,9 +321,18 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             self.speech.plotter.fail(6);
             return true;
         }
-        self.append(target, speed.map_or(Speed::Rapid, |cm_s| Speed::Feed(cm_s * MM_MIN_PER_CM_S)));
-        self.gcode.position = target;
-        true
+        let speed = speed.map_or(Speed::Rapid, |cm_s| Speed::Feed(cm_s * MM_MIN_PER_CM_S));
+        while !self.planner.is_full(stepper.drawn().lines) {
+            match self.line(target, speed) {
+                Progress::Moved => {}
+                Progress::Waiting => break,
+                Progress::Done => {
+                    self.gcode.position = target;
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Moves the pen once everything before has been drawn, and gives it its time.
