@@ -63,6 +63,10 @@ numbered! {
         UnusedWords = 36, "value words that nothing on the line uses";
         ToolLengthNotZ = 37, "G43.1 needs a Z word and no other axis";
         ToolNumberTooLarge = 38, "the tool number exceeds 255";
+        SceneInvalid = 90, "the stored scene is none, is damaged, or cannot be seen";
+        SceneTooLarge = 91, "the stored scene is longer than the room for it";
+        OutOfMemory = 92, "drawing the stored scene needs more memory than there is";
+        DrawingStopped = 93, "drawing the stored scene was stopped";
     }
 }
 

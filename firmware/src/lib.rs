@@ -89,7 +89,7 @@
 //!
 //! # Features
 //!
-//! `scene`, which needs an allocator: scenes stored in a compact form, and `penvis-core` to draw them with; see the module `scene`.
+//! `scene`, which needs an allocator: scenes stored in a compact form, which `penvis-core` draws on the board itself, by the `$PV` commands of the module `scene`.
 //!
 //! # Costs
 //!
@@ -99,6 +99,7 @@
 //! | with 64 blocks | below 9 K |
 //! | of which the receive ring, for HPGL | [`HPGL_BYTES`] |
 //! | of which what is stored | below 1 K |
+//! | with the feature `scene`, more | below 0.5 K |
 //! | stack while a record is written | 3 K |
 //! | of which [`Stepper`] with its queue of [`SEGMENTS`] commands | below 1 K |
 //!

@@ -92,6 +92,12 @@ impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Machine<H, BLOCKS, F> {
         self.stepper.next_event()
     }
 
+    /// What connects the controller with what computes drawings: see [`Controller::desk_mut`].
+    #[cfg(feature = "scene")]
+    pub fn desk_mut(&mut self) -> &mut crate::scene::Desk {
+        self.controller.desk_mut()
+    }
+
     /// Whether nothing is left to do or to send. A held motion, a dwell and a line without its end's answer are something to do; a partial line is not.
     #[must_use]
     pub fn is_idle(&self) -> bool {
@@ -173,8 +179,13 @@ mod tests {
     /// The figures of the crate's documentation; they hold on 32-bit boards too, where only the queues' lengths are smaller.
     #[test]
     fn ram_is_as_documented() {
-        assert!(size_of::<Machine<None>>() <= 6 * 1024);
-        assert!(size_of::<Machine<None, 64>>() <= 9 * 1024);
+        #[cfg(feature = "scene")]
+        let desk = size_of::<crate::scene::Desk>();
+        #[cfg(not(feature = "scene"))]
+        let desk = 0;
+        assert!(desk <= 512);
+        assert!(size_of::<Machine<None>>() <= 6 * 1024 + desk);
+        assert!(size_of::<Machine<None, 64>>() <= 9 * 1024 + desk);
         assert!(size_of::<Stepper<None>>() <= 1024);
         assert!(size_of::<crate::storage::Stored>() <= 1024);
     }

@@ -1,7 +1,7 @@
 //! Scenes for boards that remove hidden curves and draw by themselves.
 
 use glam::DVec2;
-use penvis_firmware::scene::{Look, Program, SceneError, Sight, StoredScene};
+use penvis_firmware::scene::{CHUNK_BYTES, Look, Program, SceneError, Sight, StoredScene};
 use thiserror::Error;
 
 use crate::compute::{Loaded, Placed, place};
@@ -80,6 +80,16 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
     };
     let tolerance = layout.to_screen_length(settled.tolerance_mm);
     Ok(StoredScene { scene, sight: sight(&view), looks, options: wanted, tolerance, program })
+}
+
+/// The lines that send a packed scene to the firmware: those before are forgotten, and nothing is drawn yet.
+#[must_use]
+pub fn lines(packed: &[u8]) -> String {
+    let chunk = |bytes: &[u8]| {
+        let digits: String = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+        format!("$PV={digits}\n")
+    };
+    ["$PV=CLEAR\n".to_owned()].into_iter().chain(packed.chunks(CHUNK_BYTES).map(chunk)).collect()
 }
 
 fn sight(view: &View) -> Sight {

@@ -58,8 +58,11 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         }
     }
 
-    /// Answers the line at work; a start-up line with its text.
+    /// Answers the line at work; a start-up line with its text, and not a line of a drawing, nor the line that asked for it before it is done.
     pub(super) fn answer(&mut self, result: Result<(), Error>) {
+        if self.is_drawing() {
+            return;
+        }
         match self.startup {
             None => self.transmitter.answer(result),
             Some(index) => {
@@ -86,6 +89,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
                 self.jogging = true;
                 Ok(Job::Actions { actions, dwell: None })
             }
+            #[cfg(feature = "scene")]
+            [b'$', b'P', b'V', order @ ..] => self.order(order, stepper),
             [b'$', ..] => {
                 let command = system::parse(&line)?;
                 self.obey(command, stepper)
@@ -94,7 +99,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
         }
     }
 
-    fn take_gcode(&mut self, line: &[u8]) -> Result<Job, Error> {
+    pub(super) fn take_gcode(&mut self, line: &[u8]) -> Result<Job, Error> {
         if self.mode == Mode::Alarm || self.jogging {
             return Err(Error::Locked);
         }

@@ -15,6 +15,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Goes on with the job, or else takes up the next line. True when anything was done.
     pub(super) fn advance(&mut self, stepper: &mut impl StepSink) -> bool {
         match core::mem::take(&mut self.job) {
+            #[cfg(feature = "scene")]
+            Job::None if self.is_drawing() => self.mind_desk(),
             Job::None if self.start_up() => true,
             Job::None if self.speech.is_hpgl() => self.plot(stepper),
             Job::None => self.read_line(stepper),
@@ -66,6 +68,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
                     matches!(progress, Progress::Moved)
                 }
                 Err(error) => {
+                    #[cfg(feature = "scene")]
+                    self.desk.refuse(error);
                     self.answer(Err(error));
                     true
                 }

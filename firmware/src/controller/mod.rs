@@ -1,6 +1,8 @@
 //! The main loop's side: bytes in, answers and step commands out.
 
 mod command;
+#[cfg(feature = "scene")]
+mod drawing;
 mod hold;
 mod homing;
 mod job;
@@ -91,6 +93,9 @@ pub struct Controller<const BLOCKS: usize, F = NoStorage> {
     gcode: GcodeState,
     planner: Planner<BLOCKS>,
     job: Job,
+    /// Drawings that are computed in the background.
+    #[cfg(feature = "scene")]
+    desk: crate::scene::Desk,
     mode: Mode,
     hold: Hold,
     /// The motion under way is to be stopped with deceleration and forgotten.
@@ -159,6 +164,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             gcode: GcodeState::default(),
             planner: Planner::new(),
             job: Job::None,
+            #[cfg(feature = "scene")]
+            desk: crate::scene::Desk::default(),
             hold: Hold::default(),
             braking: false,
             jogging: false,
@@ -264,7 +271,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
                 || (self.receiver.is_empty()
                     && matches!(self.job, Job::None)
                     && !self.has_startup()
-                    && self.speech.is_idle()))
+                    && self.speech.is_idle()
+                    && !self.is_drawing()))
             && self.is_still(stepper)
             && self.transmitter.is_empty()
     }
@@ -297,6 +305,14 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Whether lines are read at all.
     fn is_started(&self) -> bool {
         !matches!(self.mode, Mode::NeedsReset | Mode::Sleep)
+    }
+
+    /// A `$PV` line waits for its answer. Lines from the port wait with it; those of the drawing are answered over the desk.
+    fn is_drawing(&self) -> bool {
+        #[cfg(feature = "scene")]
+        return self.desk.is_waiting();
+        #[cfg(not(feature = "scene"))]
+        false
     }
 
     fn is_homing(&self) -> bool {

@@ -31,7 +31,7 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
                 }
             }
             Mode::Check => "Check",
-            Mode::Normal if moving || !self.planner.is_empty() => "Run",
+            Mode::Normal if moving || !self.planner.is_empty() || self.is_drawing() => "Run",
             Mode::Normal => "Idle",
         }
     }

@@ -27,6 +27,8 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             self.transmitter.clear();
         }
         self.job = Job::None;
+        #[cfg(feature = "scene")]
+        self.desk.abandon();
         self.jogging = false;
         self.cancel_jog = false;
         self.reset = false;

@@ -1,5 +1,10 @@
 //! penvis's own firmware as a peer.
 
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
+use penvis_core::pipeline::Monitor;
+use penvis_firmware::scene::{Answer, Line, Offer, Studio, Surroundings};
 use penvis_firmware::{Hardware, Machine, Pen as Servo, Settings};
 
 use super::Recording;
@@ -16,10 +21,16 @@ const RESET: u8 = 0x18;
 /// Begins no word of G-code.
 const NONSENSE: u8 = b'#';
 
+/// Room for a scene that it draws by itself, bytes.
+const SCENE_BYTES: usize = 65_536;
+
 /// The firmware with simulated motors, whose step pulses are recorded.
 #[derive(Debug)]
 pub(super) struct Firmware {
     machine: Machine<Recorder>,
+    studio: Box<Studio<SCENE_BYTES>>,
+    /// What the studio has drawn and the controller has not taken yet.
+    drawn: Option<Drawn>,
     settings: Settings,
     /// ns since power on.
     now: u64,
@@ -40,6 +51,8 @@ impl Firmware {
         let recorder = Recorder::new(PenSense::new(pen, &settings), &settings);
         Self {
             machine: Machine::new(recorder, settings.clone()),
+            studio: Box::new(Studio::new(&[], usize::MAX)),
+            drawn: None,
             settings,
             now: 0,
             born: 0,
@@ -50,9 +63,48 @@ impl Firmware {
         }
     }
 
+    /// Does what the controller has left on its desk. On a board this goes on beside it; here it takes no time.
+    fn mind_desk(&mut self) {
+        let desk = self.machine.desk_mut();
+        if let Some(order) = desk.take_order() {
+            let lines = Collected::default();
+            let answer = self.studio.obey(&order, &lines);
+            self.drawn = Some(Drawn { lines: lines.0.into_inner().unwrap_or_else(PoisonError::into_inner), answer });
+        }
+        if let Some(Drawn { lines, answer }) = &mut self.drawn {
+            while lines.front().is_some_and(|line| desk.offer_line(line) == Offer::Taken) {
+                lines.pop_front();
+            }
+            if lines.is_empty() || desk.is_abandoned() {
+                desk.finish(answer.clone());
+                self.drawn = None;
+            }
+        }
+    }
+
     /// When the machine's own next event is.
     fn machine_event(&self) -> u64 {
         self.born.saturating_add(self.machine.next_event().saturating_mul(NS_PER_US))
+    }
+}
+
+/// A drawing on its way from the studio to the controller.
+#[derive(Debug)]
+struct Drawn {
+    lines: VecDeque<Line>,
+    answer: Answer,
+}
+
+/// Takes every line at once.
+#[derive(Default)]
+struct Collected(Mutex<VecDeque<Line>>);
+
+impl Monitor for Collected {}
+
+impl Surroundings for Collected {
+    fn line(&self, line: &Line) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push_back(line.clone());
+        true
     }
 }
 
@@ -73,7 +125,11 @@ impl Peer for Firmware {
     }
 
     fn work(&mut self) -> bool {
-        !self.hung && self.machine.poll()
+        if self.hung {
+            return false;
+        }
+        self.mind_desk();
+        self.machine.poll()
     }
 
     fn next_event(&self) -> u64 {
@@ -104,6 +160,7 @@ impl Peer for Firmware {
                 let mut recorder = self.machine.hardware().clone();
                 recorder.set_pen(Servo::Off);
                 self.machine = Machine::new(recorder, self.settings.clone());
+                (*self.studio, self.drawn) = (Studio::new(&[], usize::MAX), None);
                 self.born = self.now;
                 self.resume_at = u64::MAX;
             }
