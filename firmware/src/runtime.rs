@@ -22,6 +22,8 @@ use crate::axis::{AXES, Axes};
 use crate::controller::Controller;
 use crate::hal::{Hardware, Wiring};
 use crate::line::RX_BYTES;
+#[cfg(feature = "scene")]
+use crate::scene::{Answer, Line, Offer, Order};
 use crate::settings::Settings;
 use crate::stepper::{Command, Drawn, StepSink, Stepper};
 use crate::storage::NoStorage;
@@ -31,6 +33,18 @@ use crate::storage::NoStorage;
 pub struct Shared<H> {
     motion: Mutex<RefCell<Option<Motion<H>>>>,
     received: Mutex<RefCell<Received>>,
+    #[cfg(feature = "scene")]
+    mail: Mutex<RefCell<Mail>>,
+}
+
+/// Between the controller's [`Desk`](crate::scene::Desk) and the studio in thread mode.
+#[cfg(feature = "scene")]
+#[derive(Debug)]
+struct Mail {
+    order: Option<Order>,
+    line: Option<Line>,
+    answer: Option<Answer>,
+    abandoned: bool,
 }
 
 /// The step interrupt's own.
@@ -54,6 +68,8 @@ impl<H: Hardware> Shared<H> {
         Self {
             motion: Mutex::new(RefCell::new(None)),
             received: Mutex::new(RefCell::new(Received { bytes: Deque::new(), lost: 0 })),
+            #[cfg(feature = "scene")]
+            mail: Mutex::new(RefCell::new(Mail { order: None, line: None, answer: None, abandoned: false })),
         }
     }
 
@@ -86,6 +102,40 @@ impl<H: Hardware> Shared<H> {
     /// Bytes that [`Shared::receive`] had no room for since the start.
     pub fn lost_bytes(&self) -> u32 {
         critical_section::with(|cs| self.received.borrow_ref(cs).lost)
+    }
+
+    /// For thread mode: what is to be drawn.
+    #[cfg(feature = "scene")]
+    pub fn take_order(&self) -> Option<Order> {
+        critical_section::with(|cs| self.mail.borrow_ref_mut(cs).order.take())
+    }
+
+    /// For thread mode: the next line of the drawing. The foreground takes it at its next turn, for which there is reason then.
+    #[cfg(feature = "scene")]
+    pub fn offer_line(&self, line: &Line) -> Offer {
+        critical_section::with(|cs| {
+            let mut mail = self.mail.borrow_ref_mut(cs);
+            match mail.line {
+                _ if mail.abandoned => Offer::Abandoned,
+                Some(_) => Offer::Full,
+                None => {
+                    mail.line = Some(line.clone());
+                    Offer::Taken
+                }
+            }
+        })
+    }
+
+    /// For thread mode: whether what is being drawn is not wanted any more.
+    #[cfg(feature = "scene")]
+    pub fn is_abandoned(&self) -> bool {
+        critical_section::with(|cs| self.mail.borrow_ref(cs).abandoned)
+    }
+
+    /// For thread mode: the order is done.
+    #[cfg(feature = "scene")]
+    pub fn finish(&self, answer: Answer) {
+        critical_section::with(|cs| self.mail.borrow_ref_mut(cs).answer = Some(answer));
     }
 
     /// Uses the hardware with interrupts held off; `None` before the start.
@@ -191,11 +241,43 @@ impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Foreground<H, BLOCKS, F> {
         }
         let mut stepper = self.shared;
         let more = self.controller.poll(&mut stepper);
+        #[cfg(feature = "scene")]
+        let more = self.exchange() || more;
         while port.write_ready()? {
             let Some(byte) = self.controller.transmit() else { break };
             port.write(&[byte])?;
         }
         Ok(more)
+    }
+}
+
+#[cfg(feature = "scene")]
+impl<H: Hardware, const BLOCKS: usize, F: NorFlash> Foreground<H, BLOCKS, F> {
+    /// Carries orders from the desk to thread mode, and lines and answers back. True when the controller has something to do by it.
+    fn exchange(&mut self) -> bool {
+        let desk = self.controller.desk_mut();
+        critical_section::with(|cs| {
+            let mut mail = self.shared.mail.borrow_ref_mut(cs);
+            let mut came = false;
+            if let Some(order) = desk.take_order() {
+                *mail = Mail { order: Some(order), line: None, answer: None, abandoned: false };
+            }
+            if let Some(line) = mail.line.take() {
+                match desk.offer_line(&line) {
+                    Offer::Full => mail.line = Some(line),
+                    Offer::Taken => came = true,
+                    Offer::Abandoned => (),
+                }
+            }
+            if mail.line.is_none()
+                && let Some(answer) = mail.answer.take()
+            {
+                desk.finish(answer);
+                came = true;
+            }
+            mail.abandoned = desk.is_abandoned();
+            came
+        })
     }
 }
 

@@ -17,6 +17,8 @@
 //! leads to `DefaultHandler`.
 
 mod bench;
+#[cfg(feature = "scene")]
+mod drawing;
 mod monitor;
 mod registers;
 mod trace;
@@ -45,7 +47,7 @@ static SHARED: Shared<Trace> = Shared::new();
 
 /// Memory for what thread mode computes.
 #[cfg(feature = "heap")]
-pub(crate) const HEAP_BYTES: usize = 1 << 20;
+pub(crate) const HEAP_BYTES: usize = if cfg!(feature = "scene") { 3 << 20 } else { 1 << 20 };
 
 #[cfg(feature = "heap")]
 #[global_allocator]
@@ -85,6 +87,8 @@ fn main() -> ! {
     #[cfg(feature = "heap")]
     crate::thread::run(|ended| {
         monitor::report(&ended);
+        #[cfg(feature = "scene")]
+        drawing::report(&ended);
         work()
     });
     #[cfg(not(feature = "heap"))]
@@ -95,6 +99,8 @@ fn main() -> ! {
 fn work() -> ! {
     loop {
         monitor::serve();
+        #[cfg(feature = "scene")]
+        drawing::serve();
         cortex_m::asm::wfi();
     }
 }
@@ -131,6 +137,8 @@ unsafe fn DefaultHandler(irq: i16) {
 
 #[exception]
 fn SysTick() {
+    #[cfg(feature = "scene")]
+    drawing::tick();
     SCB::set_pendsv();
 }
 

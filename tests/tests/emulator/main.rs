@@ -10,6 +10,7 @@
 
 mod elf;
 mod qemu;
+mod scene;
 mod sender;
 mod trace;
 

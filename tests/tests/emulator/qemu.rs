@@ -23,14 +23,28 @@ pub(crate) enum Board {
     Mps2An386,
     /// Cortex-M7 with an f64 unit.
     Mps2An500,
+    /// [`Board::Mps2An386`] with the core on it.
+    Mps2An386Scene,
+    /// [`Board::Mps2An500`] with the core on it.
+    Mps2An500Scene,
 }
 
 impl Board {
-    /// Its name, in QEMU and in the firmware.
+    /// Its name in the firmware.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Mps2An386 => "mps2-an386",
             Self::Mps2An500 => "mps2-an500",
+            Self::Mps2An386Scene => "mps2-an386-scene",
+            Self::Mps2An500Scene => "mps2-an500-scene",
+        }
+    }
+
+    /// Its name in QEMU.
+    fn machine(self) -> &'static str {
+        match self {
+            Self::Mps2An386 | Self::Mps2An386Scene => "mps2-an386",
+            Self::Mps2An500 | Self::Mps2An500Scene => "mps2-an500",
         }
     }
 }
@@ -141,7 +155,7 @@ impl Emulator {
             Port::Terminal => "pty,id=port".to_owned(),
         };
         let spawned = Command::new("qemu-system-arm")
-            .args(["-M", board.name(), "-display", "none", "-monitor", "none", "-semihosting"])
+            .args(["-M", board.machine(), "-display", "none", "-monitor", "none", "-semihosting"])
             // A count of instructions is the time, and nobody waits for it to pass.
             .args(["-icount", "shift=5,sleep=off"])
             .args(["-chardev", &socket("monitor", "off")])
