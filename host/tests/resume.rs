@@ -27,6 +27,8 @@ const KILLS: u32 = 2;
 const KILLS_A_PLOT: u32 = 4;
 /// A plot, or what is left of one, takes no longer.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// So much of the time of the wall the plotter makes good at a time.
+const LAG_MAX: Duration = Duration::from_millis(100);
 /// Half the diagonal of a step, and what a corner is rounded by where the pen does not stop.
 const TOLERANCE_MM: f64 = 0.05;
 /// Distance between the places at which ink is compared.
@@ -135,7 +137,7 @@ impl Plotter {
             while clock.now() < kind.boots {
                 let _ = sim.read(&mut buffer);
             }
-            let (begun, since) = (clock.now(), Instant::now());
+            let (begun, mut since) = (clock.now(), Instant::now());
             master.set_timeout(Duration::from_millis(1)).unwrap();
             while !ends.load(Ordering::Relaxed) {
                 match master.read(&mut buffer) {
@@ -143,7 +145,11 @@ impl Plotter {
                     Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
                     Err(e) => panic!("the pseudo terminal failed: {e}"),
                 }
-                while clock.now() - begun < since.elapsed() {
+                // On a machine that is too busy for it the plotter is slow, and not deaf.
+                let behind = since.elapsed().saturating_sub(clock.now() - begun);
+                since += behind.saturating_sub(LAG_MAX);
+                let until = begun + since.elapsed();
+                while clock.now() < until {
                     if let Ok(count) = sim.read(&mut buffer) {
                         // Nobody reads while the program is dead; what does not fit is lost, as on a wire.
                         let _ = master.write(&buffer[..count]);
