@@ -47,13 +47,19 @@ impl Recording {
     /// Length drawn in mm.
     #[must_use]
     pub fn ink_mm(&self) -> f64 {
-        self.traces.iter().filter(|trace| trace.pen_down).map(Trace::length_mm).sum()
+        self.length_mm(true)
     }
 
     /// Length moved with the pen up, in mm.
     #[must_use]
     pub fn travel_mm(&self) -> f64 {
-        self.traces.iter().filter(|trace| !trace.pen_down).map(Trace::length_mm).sum()
+        self.length_mm(false)
+    }
+
+    fn length_mm(&self, pen_down: bool) -> f64 {
+        let traces = self.traces.iter().filter(|trace| trace.pen_down == pen_down);
+        // From 0 on: the sum of nothing would be -0.
+        traces.map(Trace::length_mm).fold(0.0, |all, length| all + length)
     }
 
     /// How often the pen was put down.

@@ -68,6 +68,8 @@ impl Hpgl {
             Probe::Turn if elapsed > 2 * ANSWER_WAIT + self.flow.backlog(now) => {
                 if self.repeats < 2 {
                     (self.progressed, self.repeats) = (now, self.repeats + 1);
+                    // A plotter that was booting has not heard of the handshake either.
+                    self.set_up(now);
                     self.ask_where(Ask::Place, now);
                 } else {
                     self.no_answer();
@@ -131,7 +133,14 @@ impl Hpgl {
     /// Speaks a handshake from here on; `OA;` must be answered with it.
     fn probe_turn(&mut self, handshake: Handshake, now: Duration) {
         self.flow.handshake = handshake;
-        match handshake {
+        self.set_up(now);
+        self.ask_where(Ask::Place, now);
+        self.enter(Probe::Turn, now);
+    }
+
+    /// Has the plotter speak the handshake.
+    fn set_up(&mut self, now: Duration) {
+        match self.flow.handshake {
             Handshake::XonXoff => {
                 let setup = format!("\x1b.I{};0;17:\x1b.N;19:", self.flow.block());
                 self.put(setup.as_bytes(), now);
@@ -144,8 +153,6 @@ impl Hpgl {
             Handshake::Hardware => self.put(b"\x1b.@;1:", now),
             Handshake::EscB | Handshake::Oa | Handshake::Auto => {}
         }
-        self.ask_where(Ask::Place, now);
-        self.enter(Probe::Turn, now);
     }
 
     /// A question was answered with a number.

@@ -378,6 +378,20 @@ fn the_handshake_is_found_in_order() {
 }
 
 #[test]
+fn a_plotter_that_was_booting_is_told_of_the_handshake_again() {
+    for (handshake, knows) in [(Handshake::EnqAck, ENQ_ACK), (Handshake::XonXoff, XON_XOFF)] {
+        let mut run = Run::new(&long_job(30), Plotter::new(255, knows), handshake);
+        while run.ms < 1000 {
+            run.protocol.tick(Duration::from_millis(run.ms));
+            run.protocol.take_output();
+            run.ms += 10;
+        }
+        assert_eq!(run.finish(), Event::Done);
+        assert!(run.plotter.block.is_some() || run.plotter.xoff_below.is_some(), "{handshake:?}");
+    }
+}
+
+#[test]
 fn a_handshake_that_is_asked_for_is_not_replaced() {
     let mut run = Run::new(b"IN;", Plotter::new(255, NONE), Handshake::EscB);
     assert_eq!(run.finish(), Event::Failed(Fault::NoAnswer { baud: 9600 }));
