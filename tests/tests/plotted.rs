@@ -8,6 +8,7 @@ use penvis::drawing::Drawing;
 use penvis::emit;
 use penvis::sim::Recording;
 use penvis_firmware::Settings;
+use penvis_tests::faults::Bench;
 use penvis_tests::ink::Ink;
 use penvis_tests::plotter::{draw, ink, plot, port, simulated};
 
@@ -122,4 +123,12 @@ fn a_sender_that_does_not_count_spoils_the_drawing() {
     let drawn = ink(&recording, &drawing, &device);
     let off = Ink::new(&drawing).farthest_from(&Ink::new(&drawn)).map_or(f64::INFINITY, |far| far.0);
     assert!(off > 1.0, "{off} mm off");
+}
+
+/// The sender for HPGL plotters, on the firmware that hears it: what is drawn is the drawing, and it says so.
+#[test]
+fn the_firmware_is_an_hpgl_plotter_too() {
+    if let Err(problem) = Bench::new("sim", "penvis-hpgl") {
+        panic!("{problem}");
+    }
 }

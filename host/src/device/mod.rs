@@ -30,6 +30,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("marlin-servo", include_str!("../../devices/marlin-servo.toml")),
     ("marlin-z", include_str!("../../devices/marlin-z.toml")),
     ("penvis", include_str!("../../devices/penvis.toml")),
+    ("penvis-hpgl", include_str!("../../devices/penvis-hpgl.toml")),
     ("hp7475a", include_str!("../../devices/hp7475a.toml")),
     ("hp7470a", include_str!("../../devices/hp7470a.toml")),
     ("hp7440a", include_str!("../../devices/hp7440a.toml")),

@@ -32,6 +32,8 @@ pub(super) struct Firmware {
     /// What the studio has drawn and the controller has not taken yet.
     drawn: Option<Drawn>,
     settings: Settings,
+    /// It is talked to in HPGL.
+    hpgl: bool,
     /// ns since power on.
     now: u64,
     /// When the machine was last switched on, ns: its own time is from then on.
@@ -54,6 +56,7 @@ impl Firmware {
             studio: Box::new(Studio::new(&[], usize::MAX)),
             drawn: None,
             settings,
+            hpgl: false,
             now: 0,
             born: 0,
             lost_before: 0,
@@ -80,6 +83,11 @@ impl Firmware {
                 self.drawn = None;
             }
         }
+    }
+
+    /// Talked to in HPGL, which it knows by its first bytes.
+    pub(super) fn in_hpgl(self) -> Self {
+        Self { hpgl: true, ..self }
     }
 
     /// When the machine's own next event is.
@@ -148,6 +156,18 @@ impl Peer for Firmware {
             self.resume_at = u64::MAX;
             self.machine.receive(RESUME);
         }
+    }
+
+    fn ready_line(&self) -> Option<bool> {
+        self.hpgl.then(|| self.machine.is_ready() && !self.hung)
+    }
+
+    fn is_whole_answer(&self, bytes: &[u8]) -> bool {
+        if self.hpgl { bytes.last().is_some_and(u8::is_ascii_control) } else { bytes.ends_with(b"\n") }
+    }
+
+    fn begins_acknowledgement(&self, bytes: &[u8]) -> bool {
+        self.hpgl || bytes.iter().zip(b"ok").all(|(byte, expected)| byte == expected)
     }
 
     fn suffer(&mut self, trouble: Trouble) {

@@ -7,7 +7,7 @@ use super::grbl::{Dialect, Grbl};
 use super::hpgl::Hpgl;
 use super::marlin::Marlin;
 use super::peer::{Peer, PeerError};
-use crate::device::{Device, Language};
+use crate::device::{Device, Language, Pen};
 
 /// A kind of simulated plotter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +27,12 @@ const KINDS: [(&str, Kind, &str); 6] = [
     ("marlin", Kind::Marlin, "marlin-servo"),
     ("hpgl7475a", Kind::Hpgl, "hp7475a"),
 ];
+
+/// Number of the firmware's setting for the length of a plotter unit, mm.
+const PLOTTER_UNIT: u16 = 451;
+
+/// The pen of the firmware when it hears HPGL: PD goes to the S of `$30`.
+const HPGL_PEN: Pen = Pen::Servo { index: 0, up: 0, down: 1000, raise_s: 0.15, lower_s: 0.15, soft_steps: 1 };
 
 /// Names of the simulated plotters.
 pub(super) fn names() -> Vec<&'static str> {
@@ -80,6 +86,15 @@ impl SimName {
                 Some((key, value)) => Err(PeerError::option(self.name, key, value)),
                 None => Ok(Box::new(Firmware::new(Settings::default(), &gcode.pen))),
             },
+            // Other plotters' units are not its own.
+            (Kind::Firmware, Language::Hpgl(hpgl))
+                if Settings::default().get(PLOTTER_UNIT).is_some_and(|(unit, _)| unit == hpgl.unit_mm) =>
+            {
+                match options.first() {
+                    Some((key, value)) => Err(PeerError::option(self.name, key, value)),
+                    None => Ok(Box::new(Firmware::new(Settings::default(), &HPGL_PEN).in_hpgl())),
+                }
+            }
             (Kind::Grbl(dialect), Language::Grbl(gcode)) => Ok(Box::new(Grbl::new(dialect, &gcode.pen, &options)?)),
             (Kind::Marlin, Language::Marlin(gcode)) => Ok(Box::new(Marlin::new(&gcode.pen, &options)?)),
             (Kind::Hpgl, Language::Hpgl(hpgl)) => Ok(Box::new(Hpgl::new(hpgl, &device.papers, &options)?)),
@@ -125,6 +140,7 @@ mod tests {
             ("sim:marlin,rx=3", "marlin-servo", "sim:marlin: `rx=3`"),
             ("sim:firmware,rx=3", "penvis", "`rx=3`"),
             ("sim:grbl", "hp7475a", "`hp7475a` speaks hpgl"),
+            ("sim", "marlin-z", "`marlin-z` speaks marlin"),
         ] {
             let made = SimName::parse(port).unwrap().and_then(|name| name.peer(&find(device).unwrap()));
             let message = made.unwrap_err().to_string();
