@@ -3,6 +3,8 @@
 //! What is fed must end without a panic. What is refused must be refused in one line that a terminal can show, whatever
 //! the bytes were.
 
+mod machine;
+
 use std::cell::Cell;
 
 use penvis::device::{self, Device};
@@ -11,7 +13,6 @@ use penvis::model::{FORMATS, Import, ModelFormat, ReadError, Reading, Source, Wa
 use penvis::preflight;
 use penvis::protocol;
 use penvis_firmware::scene::{self, StoredScene};
-use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
 
 /// Most characters of a message: it may quote the file, but not all of it.
 const LONGEST_MESSAGE: usize = 1000;
@@ -19,14 +20,15 @@ const LONGEST_MESSAGE: usize = 1000;
 /// Devices whose languages jobs are held against, one each.
 const JOB_DEVICES: [&str; 3] = ["grbl-servo", "marlin-servo", "hp7475a"];
 
-/// Step interrupts in which the firmware must have answered, or be about something that takes longer.
-const MOST_TICKS: u32 = 20_000;
-
 /// What reads bytes, by the names of the fuzz targets and of the folders of their inputs: the model formats, and
-/// then jobs for plotters, device profiles, journals of plots, what the firmware hears on its line, and scenes for boards.
+/// then jobs for plotters, device profiles, journals of plots, scenes for boards, and what the firmware hears on its line (as lines, as words of G-code, as HPGL) and finds in its memory.
 #[must_use]
 pub fn names() -> Vec<String> {
-    FORMATS.iter().map(slug).chain(["job", "device", "journal", "firmware", "packed"].map(str::to_owned)).collect()
+    FORMATS
+        .iter()
+        .map(slug)
+        .chain(["job", "device", "journal", "firmware", "packed", "gcode", "hpgl", "storage"].map(str::to_owned))
+        .collect()
 }
 
 /// Name of the fuzz target of a model format.
@@ -45,8 +47,11 @@ pub fn feed(name: &str, bytes: &[u8]) {
         "job" => job(bytes),
         "device" => profile(bytes),
         "journal" => drop(journal::parse(bytes).map_err(|error| is_a_line(&error.to_string()))),
-        "firmware" => firmware(bytes),
         "packed" => packed(bytes),
+        "firmware" => machine::lines(bytes),
+        "gcode" => machine::gcode(bytes),
+        "hpgl" => machine::hpgl(bytes),
+        "storage" => machine::storage(bytes),
         _ => match FORMATS.iter().find(|f| slug(f) == name) {
             Some(format) => drop(model(format, bytes)),
             None => panic!("nothing is called {name}; these are: {}", names().join(", ")),
@@ -126,40 +131,6 @@ fn packed(bytes: &[u8]) {
             Err(error) => is_a_line(&error.to_string()),
         }
     }
-}
-
-/// A plotter without parts.
-struct Nothing;
-
-impl Hardware for Nothing {
-    fn set_directions(&mut self, _: Axes) {}
-    fn step(&mut self, _: Axes) {}
-    fn set_pen(&mut self, _: Pen) {}
-}
-
-/// Lets the firmware hear the bytes at the pace at which it reads them.
-fn firmware(bytes: &[u8]) {
-    let mut machine: Machine<Nothing> = Machine::new(Nothing, Settings::default());
-    let mut ticks = 0;
-    let mut turn = |machine: &mut Machine<Nothing>| {
-        while machine.poll() {}
-        while let Some(byte) = machine.transmit() {
-            assert!(byte.is_ascii(), "{byte}");
-        }
-        machine.tick();
-        ticks += 1;
-        ticks < MOST_TICKS
-    };
-    for &byte in bytes {
-        while machine.rx_free() == 0 {
-            if !turn(&mut machine) {
-                return;
-            }
-        }
-        machine.receive(byte);
-    }
-    while !machine.is_idle() && turn(&mut machine) {}
-    assert_eq!(machine.lost_bytes(), 0);
 }
 
 fn is_a_line(message: &str) {
