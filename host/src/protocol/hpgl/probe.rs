@@ -69,7 +69,7 @@ impl Hpgl {
                 if self.repeats < 2 {
                     (self.progressed, self.repeats) = (now, self.repeats + 1);
                     // A plotter that was booting has not heard of the handshake either.
-                    self.set_up(now);
+                    self.set_up();
                     self.ask_where(Ask::Place, now);
                 } else {
                     self.no_answer();
@@ -133,26 +133,24 @@ impl Hpgl {
     /// Speaks a handshake from here on; `OA;` must be answered with it.
     fn probe_turn(&mut self, handshake: Handshake, now: Duration) {
         self.flow.handshake = handshake;
-        self.set_up(now);
+        self.set_up();
         self.ask_where(Ask::Place, now);
         self.enter(Probe::Turn, now);
     }
 
-    /// Has the plotter speak the handshake.
-    fn set_up(&mut self, now: Duration) {
-        match self.flow.handshake {
+    /// Has the plotter speak the handshake. What it obeys at once takes no room in its buffer.
+    fn set_up(&mut self) {
+        let block = self.flow.block();
+        let setup = match self.flow.handshake {
             Handshake::XonXoff => {
-                let setup = format!("\x1b.I{};0;17:\x1b.N;19:", self.flow.block());
-                self.put(setup.as_bytes(), now);
                 self.flow.stopped = false;
+                format!("\x1b.I{block};0;17:\x1b.N;19:")
             }
-            Handshake::EnqAck => {
-                let setup = format!("\x1b.H{};5;6:", self.flow.block());
-                self.put(setup.as_bytes(), now);
-            }
-            Handshake::Hardware => self.put(b"\x1b.@;1:", now),
-            Handshake::EscB | Handshake::Oa | Handshake::Auto => {}
-        }
+            Handshake::EnqAck => format!("\x1b.H{block};5;6:"),
+            Handshake::Hardware => "\x1b.@;1:".to_owned(),
+            Handshake::EscB | Handshake::Oa | Handshake::Auto => String::new(),
+        };
+        self.output.extend_from_slice(setup.as_bytes());
     }
 
     /// A question was answered with a number.
