@@ -4,6 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::{Controller, Job, Mode};
 use crate::error::Error;
+use crate::line::LineEditor;
 use crate::scene::Desk;
 use crate::stepper::StepSink;
 
@@ -28,7 +29,10 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
     /// Takes what there is for the controller from the desk. True when anything was done.
     pub(super) fn mind_desk(&mut self) -> bool {
         if let Some(line) = self.desk.take_line() {
-            match self.take_gcode(line.as_bytes()) {
+            // Stripped as a line from the port is: those of a program have blanks.
+            let mut editor = LineEditor::default();
+            line.bytes().for_each(|byte| _ = editor.push(byte));
+            match editor.line().and_then(|line| self.take_gcode(line)) {
                 Ok(job) => self.job = job,
                 Err(error) => self.desk.refuse(error),
             }
