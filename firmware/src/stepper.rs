@@ -217,7 +217,7 @@ impl<H: Hardware> Stepper<H> {
     }
 
     /// The step interrupt: makes the step that is due now, and returns the ticks (≥ 1) until it wants to be called again.
-    // Where it is inlined into an interrupt with work of its own, registers run out and each step costs 17 instructions more on a Cortex-M4.
+    // Where it is inlined into an interrupt with work of its own, registers run out and each step costs more.
     #[inline(never)]
     pub fn tick(&mut self) -> u32 {
         self.now = self.next;

@@ -6,7 +6,7 @@
 use core::fmt;
 use core::hint::black_box;
 
-use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
+use penvis_firmware::{Axes, Controller, Hardware, Pen, Settings, StepSink, Stepper};
 
 use super::registers::CLOCK;
 
@@ -20,21 +20,33 @@ const EVENTS: u32 = 8000;
 /// Two axes at different speeds, well within the limits.
 const JOB: &[u8] = b"G1 X100 Y61.8 F6000\n";
 
-/// Instructions, in hundredths, of a step event.
+/// Instructions of the ticks, in hundredths.
 pub(crate) struct Cost {
     /// If the hardware ends its pulses by itself.
-    whole: u64,
+    whole: Ticks,
     /// If a second tick ends them: both.
-    halves: u64,
+    halves: Ticks,
+}
+
+/// What a step costs, and what more where the next segment is loaded.
+struct Ticks {
+    step: u64,
+    load: u64,
+    segments: u64,
 }
 
 impl fmt::Display for Cost {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [whole, halves] = [self.whole, self.halves].map(|cost| (cost / 100, cost % 100));
+        let Self { whole, halves } = self;
         write!(
             f,
-            "{}.{:02} instructions a step of 2 axes over {EVENTS} steps, {}.{:02} where a second tick ends the pulse",
-            whole.0, whole.1, halves.0, halves.1
+            "{}.{:02} instructions a step of 2 axes, {}.{:02} where a second tick ends the pulse, and {} for each of {} segments of {EVENTS} steps",
+            whole.step / 100,
+            whole.step % 100,
+            halves.step / 100,
+            halves.step % 100,
+            whole.load / 100,
+            whole.segments
         )
     }
 }
@@ -69,26 +81,53 @@ impl<const TICK_ENDS_PULSE: bool> Hardware for Port<TICK_ENDS_PULSE> {
     fn set_pen(&mut self, _: Pen) {}
 }
 
-/// Hundredths of instructions for a step event, all ticks of a motion and its segments counted.
-fn measure<const TICK_ENDS_PULSE: bool>() -> u64 {
+/// A motion, whose ticks that load a segment are told apart: only they take a command out of the queue.
+fn measure<const TICK_ENDS_PULSE: bool>() -> Ticks {
     let port = Port::<TICK_ENDS_PULSE> { words: [0, 1, 2, 3, 4, 5, 6, 7], pins: 0 };
-    let mut machine: Machine<_, 4> = Machine::new(port, Settings::default());
+    let mut controller: Controller<4> = Controller::new(Settings::default());
+    let mut stepper = Stepper::new(port);
     for &byte in JOB {
-        machine.receive(byte);
+        controller.receive(byte);
     }
-    let (mut counts, mut ticks) = (0u64, 0u64);
+    let (mut plain, mut loading) = (Sum::default(), Sum::default());
     loop {
-        while machine.poll() {}
-        while machine.transmit().is_some() {}
-        if machine.is_idle() {
+        while controller.poll(&mut stepper) {}
+        while controller.transmit().is_some() {}
+        if controller.is_idle(&stepper) {
             break;
         }
-        counts += u64::from(counted(|| black_box(machine.tick())));
-        ticks += 1;
+        let (room, moving) = (stepper.room(), stepper.is_moving());
+        let counts = counted(|| black_box(stepper.tick()));
+        if stepper.room() != room {
+            loading.add(counts);
+        } else if moving {
+            plain.add(counts);
+        }
     }
-    // What is counted with nothing in between.
-    let nothing: u64 = (0..ticks).map(|_| u64::from(counted(|| black_box(1)))).sum();
-    counts.saturating_sub(nothing) * 100 * COUNT_NS / INSTRUCTION_NS / u64::from(EVENTS)
+    // A step is one tick, or two.
+    let ticks = if TICK_ENDS_PULSE { 2 } else { 1 };
+    let (step, load) = (plain.hundredths(), loading.hundredths());
+    Ticks { step: step * ticks, load: load.saturating_sub(step), segments: loading.ticks }
+}
+
+/// Ticks of one kind.
+#[derive(Default)]
+struct Sum {
+    counts: u64,
+    ticks: u64,
+}
+
+impl Sum {
+    fn add(&mut self, counts: u32) {
+        self.counts += u64::from(counts);
+        self.ticks += 1;
+    }
+
+    /// Hundredths of instructions of one, without the reading of the clock.
+    fn hundredths(&self) -> u64 {
+        let nothing: u64 = (0..self.ticks).map(|_| u64::from(counted(|| black_box(1)))).sum();
+        self.counts.saturating_sub(nothing) * 100 * COUNT_NS / INSTRUCTION_NS / self.ticks.max(1)
+    }
 }
 
 /// Counts of the clock that `what` takes, no interrupt between.
