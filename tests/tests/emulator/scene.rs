@@ -57,6 +57,8 @@ fn ask_long(line: &mut Line, request: &str) -> Vec<String> {
             let said = line.read();
             if said == "ok" || said.starts_with("error:") {
                 answer.push(said);
+                // The state that was asked for last is still to come.
+                while !line.read().starts_with('<') {}
                 return answer;
             }
             if said.starts_with('<') {
