@@ -91,7 +91,7 @@ fn send(port: &mut SimPort, bytes: &[u8]) {
 fn switched_on() -> SimPort {
     let mut port = port(&simulated());
     port.set_timeout(Duration::from_millis(100)).expect("any time will do");
-    hear(&mut port, |heard| heard.contains("Grbl"));
+    hear(&mut port, |heard| heard.ends_with("help]\r\n"));
     port
 }
 

@@ -109,7 +109,7 @@ pub struct StoredScene {
 }
 
 impl StoredScene {
-    /// The bytes: see [the module](self) for their order.
+    /// The bytes: header, scene, checksum.
     ///
     /// # Errors
     /// What [`unpack`](Self::unpack) would refuse.
