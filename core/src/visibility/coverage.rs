@@ -15,7 +15,7 @@ use glam::DVec2;
 /// Difference of direction, in radians, below which two borders are one: tangents of the same border taken from two
 /// patches agree to rounding, a few units of 1e-16 over the sine of the Jacobian, which is above 1e-9 for a hit that is
 /// not grazing.
-pub(super) const SAME_DIRECTION: f64 = 1e-6;
+const SAME_DIRECTION: f64 = 1e-6;
 
 /// Directions counterclockwise from `from` to `to`, neither normalised nor zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +36,8 @@ impl Sector {
     }
 }
 
-/// How often the sectors cover the directions: the smallest and the largest count. Borders whose directions differ by no more
-/// than `same`, in radians, are one. `events` is scratch.
-pub(super) fn coverage(sectors: &[Sector], same: f64, events: &mut Vec<f64>) -> (u32, u32) {
+/// How often the sectors cover the directions: the smallest and the largest count. `events` is scratch.
+pub(super) fn coverage(sectors: &[Sector], events: &mut Vec<f64>) -> (u32, u32) {
     let angle = |d: DVec2| libm::atan2(d.y, d.x);
     events.clear();
     events.extend(sectors.iter().flat_map(|s| [angle(s.from), angle(s.to)]));
@@ -47,7 +46,7 @@ pub(super) fn coverage(sectors: &[Sector], same: f64, events: &mut Vec<f64>) -> 
     events.push(first + TAU);
     let (mut low, mut high) = (u32::MAX, 0);
     for gap in events.windows(2) {
-        if gap[1] - gap[0] <= same {
+        if gap[1] - gap[0] <= SAME_DIRECTION {
             continue;
         }
         let middle = 0.5 * (gap[0] + gap[1]);
@@ -55,7 +54,7 @@ pub(super) fn coverage(sectors: &[Sector], same: f64, events: &mut Vec<f64>) -> 
             let from = angle(s.from);
             let width = turn(angle(s.to) - from);
             // A sector without width may come out as a full turn.
-            width < TAU - same && turn(middle - from) < width
+            width < TAU - SAME_DIRECTION && turn(middle - from) < width
         };
         let n = sectors.iter().filter(|s| covers(s)).count() as u32;
         low = low.min(n);
@@ -84,7 +83,7 @@ mod tests {
     }
 
     fn count(sectors: &[Sector]) -> (u32, u32) {
-        coverage(sectors, SAME_DIRECTION, &mut Vec::new())
+        coverage(sectors, &mut Vec::new())
     }
 
     #[test]
