@@ -107,4 +107,19 @@ pub struct DrawingArgs {
     /// Margin on all sides in mm [default: the scene's, or 15, or a tenth of the shorter side if that is less]
     #[arg(long, value_name = "MM")]
     pub margin: Option<f64>,
+    /// Size of the picture as paper:model, such as 1:2, lengths of the model in mm [default: the scene's, or as large as the margins allow]
+    #[arg(long, value_name = "RATIO", conflicts_with_all = ["width", "height"])]
+    pub scale: Option<String>,
+    /// Width of the picture on the paper: 120mm, 12cm, 5in, or a number of mm
+    #[arg(long, value_name = "LENGTH", conflicts_with = "height")]
+    pub width: Option<String>,
+    /// Height of the picture on the paper
+    #[arg(long, value_name = "LENGTH")]
+    pub height: Option<String>,
+    /// Where its lower left corner is put, from that of the sheet, or center [default: the scene's, or center]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub position: Option<String>,
+    /// Cut off what lies beyond the margins, or beyond the reach of the plotter, rather than refuse a picture that does not fit
+    #[arg(long)]
+    pub clip: bool,
 }

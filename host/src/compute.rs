@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Hatching, Layout};
+use crate::page::{self, Hatching, Layout, Window};
 use crate::progress::Progress;
 use crate::settle::Settled;
 use crate::stats::Seconds;
@@ -38,9 +38,17 @@ pub struct Loaded<'a> {
     read: f64,
     model: Model,
     settled: Settled,
+    /// What the plotters reach of the page.
+    reach: Option<Window>,
 }
 
 impl Loaded<'_> {
+    /// With a part of the page that the plotters reach, to which a picture that is cut off at the margins is cut too.
+    #[must_use]
+    pub fn reaching(self, reach: Option<Window>) -> Self {
+        Self { reach, ..self }
+    }
+
     /// The sheet.
     #[must_use]
     pub fn page(&self) -> Page {
@@ -78,7 +86,7 @@ pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<L
     let started = Instant::now();
     let model = read(&options.models, options.crease_angle, options.time_limit, progress)?;
     let settled = Settled::new(options, &model)?;
-    Ok(Loaded { options, progress, started, read: started.elapsed().as_secs_f64(), model, settled })
+    Ok(Loaded { options, progress, started, read: started.elapsed().as_secs_f64(), model, settled, reach: None })
 }
 
 /// Reads models, with this crease angle in radians if one is asked for.
@@ -103,7 +111,7 @@ pub(crate) fn read(
 
 /// Finds what the picture's extent depends on, so that everything made of it lies on the page in the same place.
 pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
-    let Loaded { options, progress, started, read, model, settled } = loaded;
+    let Loaded { options, progress, started, read, model, settled, reach } = loaded;
     let view = options.view.or(model.aim).resolve(model.view, &model.scene);
     let camera = view.camera()?;
     let wanted = pipeline::DrawOptions {
@@ -114,7 +122,8 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
     let watch = Watch::new(progress, started, options.time_limit, read);
     let prepared = Prepared::styled(&model.scene, &camera, &wanted, settled.styles.clone(), &watch)
         .map_err(|e| watch.reason(e))?;
-    let layout = Layout::fit(prepared.extent(), settled.page, settled.margin_mm)?;
+    let layout = Layout::new(prepared.extent(), settled.page, settled.margin_mm, settled.placing)?;
+    let layout = reach.map_or(Ok(layout), |reach| layout.within(reach))?;
     Ok(Placed { scene: model.scene, view, wanted, prepared, layout, settled, watch })
 }
 

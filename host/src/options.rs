@@ -14,7 +14,7 @@ use crate::drawing::Page;
 use crate::emit::Format;
 use crate::isocurves::{self, Isocurves};
 use crate::model::{MESH_CREASE_DEGREES, ModelFile, ViewChoice, aim};
-use crate::page::{Depths, Hidden, Layout, LayoutError, Orientation, SheetError};
+use crate::page::{self, Depths, Hidden, Layout, LayoutError, Orientation, Position, SheetError, Size, Window};
 use crate::style::{self, SheetChoice, StyleChoice};
 
 /// Device that HPGL is written for when none is asked for.
@@ -134,6 +134,9 @@ impl DrawingOptions {
             orientation: orientation(args),
             margin_mm: args.margin,
             tolerance_mm: args.tolerance,
+            size: size(args)?,
+            position: args.position.as_deref().map(position).transpose()?,
+            clip: args.clip.then_some(true),
         };
         if let Some(margin_mm) = args.margin
             && !(margin_mm.is_finite() && margin_mm >= 0.0)
@@ -219,6 +222,28 @@ fn orientation(args: &DrawingArgs) -> Option<Orientation> {
         (true, _) => Some(Orientation::Landscape),
         _ => None,
     }
+}
+
+/// How large the picture is to be, if that is said.
+fn size(args: &DrawingArgs) -> Result<Option<Size>, OptionError> {
+    let length = |option, text: &str| {
+        let problem = "is no length on paper; give one more than 0 such as 120mm, 12cm or 5in";
+        page::length_mm(text).filter(|&mm| mm > 0.0).ok_or_else(|| bad(option, text, problem))
+    };
+    let ratio = |text: &str| {
+        page::scale(text).ok_or_else(|| bad("--scale", text, "is no ratio paper:model; 1:2 is half the model's size"))
+    };
+    Ok(match (&args.scale, &args.width, &args.height) {
+        (Some(text), ..) => Some(Size::Scale(ratio(text)?)),
+        (_, Some(text), _) => Some(Size::Width(length("--width", text)?)),
+        (.., Some(text)) => Some(Size::Height(length("--height", text)?)),
+        (None, None, None) => None,
+    })
+}
+
+fn position(text: &str) -> Result<Position, OptionError> {
+    let problem = "is neither center nor two lengths X,Y from the lower left corner of the sheet, such as 20mm,30mm";
+    page::position(text).ok_or_else(|| bad("--position", text, problem))
 }
 
 /// A file to be written.
@@ -312,6 +337,20 @@ impl DrawOptions {
         Ok(())
     }
 
+    /// The part of a page that all plotters among the outputs reach; none if there are no such outputs. A page that one does not take counts
+    /// for nothing, see [`check_page`](Self::check_page).
+    #[must_use]
+    pub fn reach(&self, page: Page) -> Option<Window> {
+        let placements = self.outputs.iter().filter_map(|output| match output.format {
+            Format::Gcode => self.gcode.place(page).ok(),
+            Format::Hpgl => self.hpgl.place(page).ok(),
+            _ => None,
+        });
+        placements
+            .map(|placement| placement.reach())
+            .reduce(|a, b| a.common(b).unwrap_or(Window { low: a.low, high: a.low }))
+    }
+
     /// Refuses outputs that are files from which the model comes.
     ///
     /// # Errors
@@ -365,13 +404,16 @@ pub fn folder(path: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use glam::DVec2;
 
     use super::*;
     use penvis_core::extract::{CurveSet, Style};
 
     use crate::model::{self, Model, Projection, View};
-    use crate::page::Ink;
+    use crate::page::{Ink, Placing};
     use crate::settle::Settled;
+
+    const A4: Page = Page { width_mm: 297.0, height_mm: 210.0 };
 
     #[derive(Parser)]
     struct Line {
@@ -478,6 +520,30 @@ mod tests {
     }
 
     #[test]
+    fn the_picture_has_a_size_and_a_place() {
+        let placing = |words: &str, model: &Model| settled(words, model).placing;
+        let mut model = saddle();
+        assert_eq!(placing("", &model), Placing::default());
+        model.sheet.size = Some(Size::Width(50.0));
+        model.sheet.clip = Some(true);
+        assert_eq!(placing("", &model), Placing { size: Size::Width(50.0), clip: true, ..Placing::default() });
+        let at = Position::At(DVec2::new(-20.0, 25.4));
+        let asked = Placing { size: Size::Scale(0.25), position: at, clip: true };
+        assert_eq!(placing("--scale 1:4 --position -20mm,1in", &model), asked);
+    }
+
+    #[test]
+    fn what_is_cut_is_cut_to_what_all_plotters_reach() {
+        let reach = |words: &str| options(&format!("saddle {words}")).unwrap().reach(A4);
+        assert_eq!(reach("-o a.svg"), None);
+        let whole = Window { low: DVec2::ZERO, high: DVec2::new(297.0, 210.0) };
+        assert_eq!(reach("-o a.gcode"), Some(whole));
+        let hp = reach("-o a.plt").unwrap();
+        assert_eq!(reach("-o a.plt -o a.gcode"), Some(hp));
+        assert!(hp.low.min_element() > 0.0 && hp.high.cmplt(whole.high).all(), "{hp:?}");
+    }
+
+    #[test]
     fn adaptive_isocurves_have_a_spacing_or_twice_the_pen() {
         use penvis_core::extract::adaptive::{Direction, Spacing, Tone};
         let adaptive = |words: &str| match options(&format!("saddle -o a.svg {words}")).unwrap().drawing.isocurves {
@@ -524,6 +590,12 @@ mod tests {
             ("--paper a9", "--paper: there is no paper `a9`"),
             ("--paper a4 --margin 105", "leaves no room"),
             ("--margin nan", "--margin NaN: "),
+            ("--scale 0", "--scale 0: is no ratio"),
+            ("--scale 1:x", "--scale 1:x: is no ratio"),
+            ("--width 12ft", "--width 12ft: is no length"),
+            ("--height 0", "--height 0: is no length"),
+            ("--position left", "--position left: is neither center nor"),
+            ("--position 1", "--position 1: is neither center nor"),
             ("--crease-angle 181", "--crease-angle 181: is not an angle from 0 to 180 degrees; 30"),
             ("--crease-angle nan", "--crease-angle NaN: "),
             ("--pen-width 0", "--pen-width 0: "),

@@ -6,7 +6,7 @@ use crate::drawing::Page;
 use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
 use crate::model::Model;
 use crate::options::{DrawingOptions, OptionError};
-use crate::page::{Hidden, Ink, Inks, Layout};
+use crate::page::{Hidden, Ink, Inks, Layout, Placing};
 use crate::style::StyleChoice;
 
 /// How a model is drawn.
@@ -16,6 +16,8 @@ pub struct Settled {
     pub page: Page,
     /// Margin on all sides in mm.
     pub margin_mm: f64,
+    /// Size and place of the picture on it.
+    pub placing: Placing,
     /// Largest distance in mm between a curve and its polyline.
     pub tolerance_mm: f64,
     /// What of each surface is drawn.
@@ -54,6 +56,7 @@ impl Settled {
         Ok(Self {
             page,
             margin_mm,
+            placing: sheet.placing(),
             tolerance_mm: sheet.settled_tolerance_mm(),
             styles: Styles::new(styles),
             inks: Inks::new(inks),

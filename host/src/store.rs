@@ -28,6 +28,9 @@ pub enum StoreError {
     /// Dashes, or depths told apart.
     #[error("--hidden, --qi: a board draws hidden curves in full and with one pen; give --hidden layer, or omit")]
     Hidden,
+    /// A picture that is cut off.
+    #[error("--clip: a board draws whole strokes; leave it out, and give a --scale, --width or --height that fits")]
+    Clip,
     /// The sheet does not go into the device.
     #[error(transparent)]
     Place(#[from] PlaceError),
@@ -51,6 +54,9 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
     let Placed { scene, view, wanted, layout, settled, .. } = place(loaded)?;
     if settled.adaptive.is_some() {
         return Err(StoreError::Adaptive.into());
+    }
+    if layout.window().is_some() {
+        return Err(StoreError::Clip.into());
     }
     let place = device.place(settled.page).map_err(StoreError::from)?;
     let mut looks = Vec::with_capacity(scene.surfaces.len());

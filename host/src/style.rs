@@ -4,7 +4,7 @@ use penvis_core::extract::CurveSet;
 use penvis_core::stroke::CurveKind;
 
 use crate::drawing::Page;
-use crate::page::{self, DashPattern, Hidden, Orientation, SheetError};
+use crate::page::{self, DashPattern, Hidden, Orientation, Placing, Position, SheetError, Size};
 
 /// Kinds of curve by the names that users give them.
 const KINDS: [(&str, CurveKind); 6] = [
@@ -62,6 +62,12 @@ pub struct SheetChoice {
     pub margin_mm: Option<f64>,
     /// Largest distance in mm between a curve and its polyline, finite and positive.
     pub tolerance_mm: Option<f64>,
+    /// How large the picture is made.
+    pub size: Option<Size>,
+    /// Where it is put.
+    pub position: Option<Position>,
+    /// Whether what lies beyond the margins is cut off.
+    pub clip: Option<bool>,
 }
 
 impl SheetChoice {
@@ -74,6 +80,19 @@ impl SheetChoice {
             orientation: self.orientation.or(below),
             margin_mm: self.margin_mm.or(other.margin_mm),
             tolerance_mm: self.tolerance_mm.or(other.tolerance_mm),
+            size: self.size.or(other.size),
+            position: self.position.or(other.position),
+            clip: self.clip.or(other.clip),
+        }
+    }
+
+    /// Size and place of the picture.
+    #[must_use]
+    pub fn placing(&self) -> Placing {
+        Placing {
+            size: self.size.unwrap_or_default(),
+            position: self.position.unwrap_or_default(),
+            clip: self.clip.unwrap_or_default(),
         }
     }
 

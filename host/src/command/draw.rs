@@ -28,7 +28,8 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     let loaded = load(&options.drawing, &progress)?;
     options.check_page(loaded.page())?;
     options.check_files(loaded.files())?;
-    let mut computed = compute(loaded)?;
+    let reach = options.reach(loaded.page());
+    let mut computed = compute(loaded.reaching(reach))?;
 
     progress.stage("writing");
     let emitting = Instant::now();

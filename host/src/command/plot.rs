@@ -387,8 +387,8 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     }
     let progress = Progress::start();
     let loaded = load(&options, &progress)?;
-    device.place(loaded.page()).map_err(PlotError::Place)?;
-    let Computed { drawing, stats, seconds, .. } = compute(loaded)?;
+    let reach = device.place(loaded.page()).map_err(PlotError::Place)?.reach();
+    let Computed { drawing, stats, seconds, .. } = compute(loaded.reaching(Some(reach)))?;
     drop(progress);
     let name = drawing.name.clone();
     let made = match device.language {

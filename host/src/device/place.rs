@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use super::{Axes, Device, Language, Origin};
 use crate::drawing::Page;
+use crate::page::Window;
 
 /// Slack in mm when a sheet is compared with a named size: paper is cut to half a millimetre, and inch sizes are rounded.
 const SHEET_SLACK_MM: f64 = 0.5;
@@ -76,6 +77,13 @@ impl Placement {
     pub fn to_page(&self, machine: DVec2) -> DVec2 {
         let lying = self.axes.undo(machine) + self.origin_mm;
         if self.turned { DVec2::new(lying.y, self.page_height_mm - lying.x) } else { lying }
+    }
+
+    /// The part of the page's plane that the machine reaches, in mm of the page.
+    #[must_use]
+    pub fn reach(&self) -> Window {
+        let (one, other) = (self.to_page(self.min_mm), self.to_page(self.max_mm));
+        Window { low: one.min(other), high: one.max(other) }
     }
 
     /// Whether the machine reaches a point (of the page), up to `slack_mm`.

@@ -1,17 +1,21 @@
 //! From the screen to the paper: scale, place, dash and order the strokes.
 
+mod clip;
 mod dash;
 mod ink;
 mod join;
 mod layout;
 mod order;
+mod placing;
 mod sheet;
 
+pub use clip::{Window, clip};
 pub use dash::{DashPattern, dash};
 pub use ink::{Ink, Inks};
 pub use join::join;
 pub use layout::{Layout, LayoutError};
 pub use order::order;
+pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 
 use penvis_core::stroke::{CurveKind, Stroke};
@@ -53,7 +57,8 @@ pub struct Hatching {
     pub pen_width_mm: f64,
 }
 
-/// Puts strokes on the paper, dashes or drops the hidden ones, orders them for drawing, and joins adaptive isocurves.
+/// Puts strokes on the paper, dashes or drops the hidden ones, cuts off what lies outside the layout's window, orders them for drawing, and joins
+/// adaptive isocurves.
 ///
 /// The layer is the name of the kind, `iso-k`, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes for anything but clustered
 /// ends.
@@ -92,6 +97,10 @@ pub fn lay_out(
             }
             Hidden::Layer => polylines.push(polyline(stroke, layout, &layer, inks.last_pen().saturating_add(depth))),
         }
+    }
+    if let Some(window) = layout.window() {
+        let whole = std::mem::take(&mut polylines);
+        whole.into_iter().for_each(|polyline| clip(polyline, window, &mut polylines));
     }
     let ordered = order(polylines);
     match hatching {

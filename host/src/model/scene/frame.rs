@@ -2,18 +2,19 @@
 
 use glam::DVec3;
 
-use super::keys::Table;
+use super::keys::{Item, Table};
 use crate::model::aim::{self, ViewChoice};
 use crate::model::fault::Fault;
 use crate::model::view::{Projection, View};
-use crate::page::{Layout, Orientation};
+use crate::page::{self, Layout, Orientation, Position, Size};
 use crate::style::SheetChoice;
 
 /// Keys of the camera.
 pub(super) const CAMERA: [&str; 5] = ["view", "up", "perspective", "eye", "target"];
 
 /// Keys of the page.
-pub(super) const PAGE: [&str; 4] = ["paper", "orientation", "margin", "tolerance"];
+pub(super) const PAGE: [&str; 9] =
+    ["paper", "orientation", "margin", "tolerance", "scale", "width", "height", "position", "clip"];
 
 /// The view that the camera fixes, if it stands at a point, and what it asks of the view otherwise.
 ///
@@ -73,6 +74,9 @@ pub(super) fn page(table: &Table<'_>) -> Result<SheetChoice, Fault> {
         orientation: orientation.transpose()?,
         margin_mm: margin.transpose()?,
         tolerance_mm: tolerance.transpose()?,
+        size: size(table)?,
+        position: table.get("position").map(position).transpose()?,
+        clip: table.get("clip").map(|item| item.flag()).transpose()?,
     };
     let (page, margin_mm) = sheet.settle().map_err(|error| match table.get("paper") {
         Some(item) => item.fault(format!("is no paper: {error}")),
@@ -83,4 +87,45 @@ pub(super) fn page(table: &Table<'_>) -> Result<SheetChoice, Fault> {
         return Err(table.get("margin").map_or_else(|| table.fault(error.to_string()), |item| item.fault(size)));
     }
     Ok(sheet)
+}
+
+/// How large the picture is to be.
+///
+/// # Errors
+/// If a key makes no sense, or several of them are there.
+fn size(table: &Table<'_>) -> Result<Option<Size>, Fault> {
+    let keys = ["scale", "width", "height"].map(|key| table.get(key));
+    let mut given = keys.iter().flatten();
+    if let (Some(_), Some(second)) = (given.next(), given.next()) {
+        return Err(second.fault("is one size too many; give one of `scale`, `width`, `height`"));
+    }
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    let side = |item: &Item<'_>| {
+        let expected = "a length more than 0, as a number of mm or as text such as \"12cm\"";
+        if !item.is_text() {
+            return item.number_that(positive, expected);
+        }
+        let length = page::length_mm(item.text()?).filter(|&mm| positive(mm));
+        length.ok_or_else(|| item.fault(format!("is not {expected}")))
+    };
+    let ratio = |item: &Item<'_>| {
+        if !item.is_text() {
+            return item.number_that(positive, "a ratio, as a number or as text such as \"1:2\"");
+        }
+        page::scale(item.text()?)
+            .ok_or_else(|| item.fault("is no ratio \"paper:model\"; \"1:2\" is half the model's size"))
+    };
+    let [scale, width, height] = &keys;
+    Ok(match (scale, width, height) {
+        (Some(item), ..) => Some(Size::Scale(ratio(item)?)),
+        (_, Some(item), _) => Some(Size::Width(side(item)?)),
+        (.., Some(item)) => Some(Size::Height(side(item)?)),
+        (None, None, None) => None,
+    })
+}
+
+fn position(item: Item<'_>) -> Result<Position, Fault> {
+    let expected =
+        "is neither \"center\" nor two lengths \"X,Y\" from the lower left corner of the sheet, such as \"20mm,30mm\"";
+    page::position(item.text()?).ok_or_else(|| item.fault(expected))
 }

@@ -151,6 +151,14 @@ impl<'t> Item<'t> {
         self.value.as_str().ok_or_else(|| self.is_no("a text in quotes"))
     }
 
+    /// Yes or no.
+    ///
+    /// # Errors
+    /// If it is neither.
+    pub(super) fn flag(&self) -> Result<bool, Fault> {
+        self.value.as_bool().ok_or_else(|| self.is_no("true or false"))
+    }
+
     /// A finite number.
     ///
     /// # Errors

@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use penvis_core::scene::SceneSurface;
 use proptest::prelude::*;
 
 use super::*;
 use crate::model::{Model, Projection, load};
-use crate::page::Hidden;
+use crate::page::{Hidden, Placing, Position, Size};
 
 fn read_text(text: &str) -> Result<Import, ReadError> {
     let mut source = Source::from_bytes("thing", text.as_bytes().to_vec())?;
@@ -210,6 +210,36 @@ fn a_camera_stands_at_a_point_or_looks_in_a_direction() {
 }
 
 #[test]
+fn the_picture_has_a_size_and_a_place_on_the_page() {
+    let object = "[[object]]\ndisk = { radius = 1 }\n";
+    let placing = |page: &str| import(&format!("{object}[page]\n{page}")).sheet.placing();
+    assert_eq!(placing(""), Placing::default());
+    let at = Position::At(DVec2::new(20.0, 35.0));
+    let whole = Placing { size: Size::Scale(0.5), position: at, clip: true };
+    assert_eq!(placing("scale = '1:2'\nposition = '20mm, 3.5cm'\nclip = true"), whole);
+    for (page, size) in [
+        ("scale = 2", Size::Scale(2.0)),
+        ("width = 120", Size::Width(120.0)),
+        ("width = '12cm'", Size::Width(120.0)),
+        ("height = '2in'", Size::Height(50.8)),
+    ] {
+        assert_eq!(placing(page).size, size, "{page}");
+    }
+    for (page, expected) in [
+        ("scale = 0", "line 4: `scale` is 0; give a ratio"),
+        ("scale = '1:0'", "line 4: `scale` is no ratio"),
+        ("width = -1", "line 4: `width` is -1; give a length more than 0"),
+        ("width = '5ft'", "line 4: `width` is not a length more than 0"),
+        ("width = 5\nheight = 5", "line 5: `height` is one size too many"),
+        ("position = 'left'", "line 4: `position` is neither"),
+        ("clip = 1", "line 4: `clip` is 1; give true or false"),
+    ] {
+        let found = message(&format!("{object}[page]\n{page}"));
+        assert!(found.starts_with(expected), "{page}: {found}");
+    }
+}
+
+#[test]
 fn scenes_are_parts_of_scenes_with_their_styles_and_their_files() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| {
@@ -287,7 +317,7 @@ fn contents_tell_a_scene_from_other_files() {
 }
 
 const GOOD: &str = "name = \"all of it\"\n[camera]\nview = [1, -2, 0.8]\nup = [0, 0, 1]\nperspective = 30\n[page]\npaper = \"a4\"\n\
-orientation = \"portrait\"\nmargin = 15\ntolerance = 0.01\n[style]\npen = 1\ncurves = [\"iso\"]\niso = 2\nhidden = \"dashed\"\n\
+orientation = \"portrait\"\nmargin = 15\ntolerance = 0.01\nscale = \"1:2\"\nposition = \"20mm,30mm\"\nclip = true\n[style]\npen = 1\ncurves = [\"iso\"]\niso = 2\nhidden = \"dashed\"\n\
 crease_angle = 30\n[[object]]\nname = \"a\"\nmodel = \"saddle\"\nscale = [1, -2, 3]\nrotate = [1, 2, 3]\ntranslate = [1, 2, 3]\n\
 array = { count = 2, step = [1, 0, 0] }\n[[object]]\ncone = { radius = 1, top_radius = 0.5, height = 2 }\n\
 rotate = { axis = [1, 1, 0], degrees = 30 }\n";
