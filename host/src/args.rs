@@ -74,9 +74,13 @@ pub struct DrawingArgs {
     /// crease [default: the scene's, or 30]
     #[arg(long, value_name = "DEGREES")]
     pub crease_angle: Option<f64>,
-    /// Width of the pen in mm: in SVG and PNG, and for --shade
+    /// Width in mm of the pens that have none in the scene: in SVG and PNG, and for --shade
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     pub pen_width: f64,
+    /// Pens by what they draw: LAYER=N for boundary, crease, silhouette, iso, smooth, intersection, iso-K (with --iso-levels), hidden or
+    /// hidden-K (with --qi), or N for all that is visible [default: the scene's, or 1, and pens beyond it for what is hidden]
+    #[arg(long, value_name = "LAYER=N", value_delimiter = ',')]
+    pub pen: Vec<String>,
     /// What becomes of hidden curves: omit, dashed, or layer (in full, with the next pen) [default: the scene's, or omit, or
     /// layer with --qi]
     #[arg(long, value_name = "HOW")]

@@ -3,6 +3,8 @@
 use glam::{DVec2, DVec3};
 use penvis_core::stroke::{Certainty, CurveKind};
 
+use crate::pens::Pens;
+
 /// The sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Page {
@@ -46,6 +48,8 @@ pub struct Drawing {
     pub page: Page,
     /// Isocurves a direction, if they are as many on all surfaces; 0 for none.
     pub isos: u32,
+    /// The pens that draw it.
+    pub pens: Pens,
     /// In drawing order. Hidden ones are here only when they are wanted on the paper.
     pub polylines: Vec<Polyline>,
 }

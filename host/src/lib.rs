@@ -7,7 +7,7 @@
 //! | [`command`] | one module for each subcommand |
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
-//! | [`page`], [`drawing`] | strokes on paper: scale, place, dashes, order |
+//! | [`page`], [`pens`], [`drawing`] | strokes on paper: scale, place, dashes, pens, order |
 //! | [`store`] | a scene with its drawing's options, for a board that draws it by itself |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
@@ -33,6 +33,7 @@ pub mod model;
 pub mod options;
 pub mod output;
 pub mod page;
+pub mod pens;
 pub mod preflight;
 pub mod progress;
 pub mod protocol;

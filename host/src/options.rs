@@ -1,6 +1,8 @@
 //! The command line, checked: what it means, and what the defaults are.
 
-use std::collections::BTreeSet;
+mod paper;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -14,7 +16,7 @@ use crate::drawing::Page;
 use crate::emit::Format;
 use crate::isocurves::{self, Isocurves};
 use crate::model::{MESH_CREASE_DEGREES, ModelFile, ViewChoice, aim};
-use crate::page::{self, Depths, Hidden, Layout, LayoutError, Orientation, Position, SheetError, Size, Window};
+use crate::page::{Depths, Hidden, Layout, LayoutError, SheetError, Window};
 use crate::style::{self, SheetChoice, StyleChoice};
 
 /// Device that HPGL is written for when none is asked for.
@@ -103,6 +105,8 @@ pub struct DrawingOptions {
     pub view: ViewChoice,
     /// The kinds that are inked, and what becomes of hidden curves.
     pub style: StyleChoice,
+    /// Pens by layer, besides those of kinds.
+    pub layer_pens: BTreeMap<String, u32>,
     /// Isocurves.
     pub isocurves: Option<Isocurves>,
     /// Direction to the light in the viewer's frame: right, up, towards the eye.
@@ -131,11 +135,11 @@ impl DrawingOptions {
     pub fn new(models: &[String], args: &DrawingArgs) -> Result<Self, OptionError> {
         let sheet = SheetChoice {
             paper: args.paper.clone(),
-            orientation: orientation(args),
+            orientation: paper::orientation(args),
             margin_mm: args.margin,
             tolerance_mm: args.tolerance,
-            size: size(args)?,
-            position: args.position.as_deref().map(position).transpose()?,
+            size: paper::size(args)?,
+            position: args.position.as_deref().map(paper::position).transpose()?,
             clip: args.clip.then_some(true),
         };
         if let Some(margin_mm) = args.margin
@@ -187,11 +191,13 @@ impl DrawingOptions {
             "propagate" => Method::Propagate,
             other => return Err(bad("--visibility", other, "is not one of rays, propagate")),
         };
-        let style = StyleChoice { curves: curves.transpose()?, hidden, ..StyleChoice::default() };
+        let (pens, layer_pens) = paper::pens(&args.pen)?;
+        let style = StyleChoice { curves: curves.transpose()?, hidden, pens, ..StyleChoice::default() };
         Ok(Self {
             models: models.to_vec(),
             view: view_choice(args)?,
             style,
+            layer_pens,
             isocurves,
             light,
             crease_angle: args.crease_angle.map(f64::to_radians),
@@ -214,36 +220,6 @@ impl DrawingOptions {
         self.sheet.paper.as_ref()?;
         self.sheet.settle().ok().map(|(page, _)| page)
     }
-}
-
-fn orientation(args: &DrawingArgs) -> Option<Orientation> {
-    match (args.landscape, args.portrait) {
-        (_, true) => Some(Orientation::Portrait),
-        (true, _) => Some(Orientation::Landscape),
-        _ => None,
-    }
-}
-
-/// How large the picture is to be, if that is said.
-fn size(args: &DrawingArgs) -> Result<Option<Size>, OptionError> {
-    let length = |option, text: &str| {
-        let problem = "is no length on paper; give one more than 0 such as 120mm, 12cm or 5in";
-        page::length_mm(text).filter(|&mm| mm > 0.0).ok_or_else(|| bad(option, text, problem))
-    };
-    let ratio = |text: &str| {
-        page::scale(text).ok_or_else(|| bad("--scale", text, "is no ratio paper:model; 1:2 is half the model's size"))
-    };
-    Ok(match (&args.scale, &args.width, &args.height) {
-        (Some(text), ..) => Some(Size::Scale(ratio(text)?)),
-        (_, Some(text), _) => Some(Size::Width(length("--width", text)?)),
-        (.., Some(text)) => Some(Size::Height(length("--height", text)?)),
-        (None, None, None) => None,
-    })
-}
-
-fn position(text: &str) -> Result<Position, OptionError> {
-    let problem = "is neither center nor two lengths X,Y from the lower left corner of the sheet, such as 20mm,30mm";
-    page::position(text).ok_or_else(|| bad("--position", text, problem))
 }
 
 /// A file to be written.
@@ -408,9 +384,10 @@ mod tests {
 
     use super::*;
     use penvis_core::extract::{CurveSet, Style};
+    use penvis_core::stroke::CurveKind;
 
     use crate::model::{self, Model, Projection, View};
-    use crate::page::{Ink, Placing};
+    use crate::page::{Ink, KindPens, Placing, Position, Size};
     use crate::settle::Settled;
 
     const A4: Page = Page { width_mm: 297.0, height_mm: 210.0 };
@@ -493,21 +470,21 @@ mod tests {
     fn the_command_line_goes_before_the_model() {
         let mut model = model::load(&["linked_tori".into()], &model::Reading::new(&())).unwrap();
         let outlines = CurveSet { silhouette: true, ..CurveSet::NONE };
-        let first = StyleChoice { curves: Some(outlines), pen: Some(2), ..StyleChoice::default() };
+        let first = StyleChoice { curves: Some(outlines), pens: KindPens::all(2), ..StyleChoice::default() };
         let second = StyleChoice { isos: Some(3), hidden: Some(Hidden::Layer), ..StyleChoice::default() };
         model.styles = vec![(0..1, first), (1..2, second)];
         model.sheet = SheetChoice { paper: Some("a5".into()), margin_mm: Some(7.0), ..SheetChoice::default() };
         let found = settled("", &model);
         assert_eq!(*found.styles.of(0), Style { curves: outlines, isos: 0 });
         assert_eq!(*found.styles.of(1), Style { curves: CurveSet::default(), isos: 3 });
-        assert_eq!([0, 1].map(|s| found.inks.of(s).pen), [2, 1]);
+        assert_eq!([0, 1].map(|s| found.inks.of(s).pens.only()), [Some(2), Some(1)]);
         assert_eq!([0, 1].map(|s| found.inks.of(s).hidden), [Hidden::Omit, Hidden::Layer]);
         assert_eq!((found.page.width_mm, found.margin_mm, found.deepest, found.isos), (210.0, 7.0, u32::MAX, 0));
 
         let found = settled("--curves iso --iso 4 --hidden omit --paper 100x80 --margin 5", &model);
         let isos = Style { curves: CurveSet { iso: true, ..CurveSet::NONE }, isos: 4 };
         assert_eq!([0, 1].map(|s| *found.styles.of(s)), [isos; 2]);
-        assert_eq!([0, 1].map(|s| found.inks.of(s).pen), [2, 1]);
+        assert_eq!([0, 1].map(|s| found.inks.of(s).pens.only()), [Some(2), Some(1)]);
         assert_eq!((found.page.width_mm, found.margin_mm, found.deepest, found.isos), (100.0, 5.0, 0, 4));
 
         let found = settled("--qi 2", &model);
@@ -517,6 +494,19 @@ mod tests {
             (found.adaptive.is_some(), found.styles.of(0).curves.iso, found.styles.of(1).curves.iso),
             (true, false, true)
         );
+    }
+
+    #[test]
+    fn layers_have_pens() {
+        let mut model = saddle();
+        model.styles = vec![(0..1, StyleChoice { pens: KindPens::all(7), ..StyleChoice::default() })];
+        let inks = settled("--pen iso=2,silhouette=3 --pen hidden-2=9 --pen trim=4 --hidden layer", &model).inks;
+        let pen = |kind: CurveKind| inks.visible(0, kind, kind.name());
+        assert_eq!([CurveKind::Iso, CurveKind::Silhouette, CurveKind::Boundary].map(pen), [2, 3, 4]);
+        assert_eq!((pen(CurveKind::Crease), inks.last_pen()), (7, 7));
+        assert_eq!((inks.hidden(0, "hidden-2"), inks.hidden(0, "hidden-1")), (Some(9), None));
+        let inks = settled("--pen 5,iso=2", &model).inks;
+        assert_eq!((inks.of(0).pens.of(CurveKind::Iso), inks.of(0).pens.of(CurveKind::Crease)), (2, 5));
     }
 
     #[test]
@@ -585,6 +575,10 @@ mod tests {
             ("--shade 1.5", "--shade 1.5: "),
             ("--shade lambert --light 0,0,0", "--light 0,0,0: "),
             ("--hidden no", "--hidden no: "),
+            ("--pen 0", "--pen 0: names no pen"),
+            ("--pen iso=100", "--pen iso=100: names no pen"),
+            ("--pen isos=2", "--pen isos=2: `isos` is not one of boundary"),
+            ("--pen iso-0=2", "--pen iso-0=2: `iso-0` is not one of boundary"),
             ("--tolerance 0", "--tolerance 0: "),
             ("--tolerance inf", "--tolerance inf: "),
             ("--paper a9", "--paper: there is no paper `a9`"),

@@ -7,6 +7,7 @@ use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
 use crate::model::Model;
 use crate::options::{DrawingOptions, OptionError};
 use crate::page::{Hidden, Ink, Inks, Layout, Placing};
+use crate::pens::Pens;
 use crate::style::StyleChoice;
 
 /// How a model is drawn.
@@ -22,8 +23,10 @@ pub struct Settled {
     pub tolerance_mm: f64,
     /// What of each surface is drawn.
     pub styles: Styles,
-    /// The pens.
+    /// Which pen draws what.
     pub inks: Inks,
+    /// What is known of the pens.
+    pub pens: Pens,
     /// Isocurves that are not so many a direction.
     pub adaptive: Option<Adaptive>,
     /// Isocurves a direction if they are as many on all surfaces, else 0.
@@ -59,7 +62,8 @@ impl Settled {
             placing: sheet.placing(),
             tolerance_mm: sheet.settled_tolerance_mm(),
             styles: Styles::new(styles),
-            inks: Inks::new(inks),
+            inks: Inks::new(inks).with_layers(options.layer_pens.clone()),
+            pens: Pens::new(model.pens.clone(), options.pen_width_mm),
             adaptive,
             isos,
             deepest: if is_omitted { 0 } else { options.deepest },
@@ -84,5 +88,5 @@ fn look(options: &DrawingOptions, model: StyleChoice) -> (Style, Ink) {
         Hidden::Omit if options.tells_depths() => Hidden::Layer,
         hidden => hidden,
     };
-    (Style { curves, isos }, Ink { pen: choice.pen.unwrap_or(1), hidden })
+    (Style { curves, isos }, Ink { pens: choice.pens, hidden })
 }

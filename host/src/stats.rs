@@ -359,12 +359,13 @@ fn measure(drawing: &Drawing, device: &Device) -> (StrokeStats, f64) {
         points: drawing.polylines.iter().map(|p| p.page.len() as u64).sum(),
         ..StrokeStats::default()
     };
-    let (draw, travel) = (device.draw_feed / 60.0, device.travel_feed / 60.0);
+    let travel = device.travel_feed / 60.0;
     let lift = lift_seconds(device);
     let mut seconds = 0.0;
     let mut at = [0, 0];
     for run in emit::runs(drawing, GRID_MM, |p| p) {
         let Some((first, last)) = run.points.first().zip(run.points.last()) else { continue };
+        let draw = drawing.pens.draw_feed(run.pen, device.draw_feed) / 60.0;
         let (up, down) = (distance(at, *first), run.points.windows(2).map(|w| distance(w[0], w[1])).sum::<f64>());
         stats.travel_mm += up;
         stats.ink_mm += down;

@@ -28,6 +28,9 @@ pub enum StoreError {
     /// Dashes, or depths told apart.
     #[error("--hidden, --qi: a board draws hidden curves in full and with one pen; give --hidden layer, or omit")]
     Hidden,
+    /// Pens by kind.
+    #[error("--pen: a board draws all visible curves of a surface with one pen; give --pen N")]
+    Pens,
     /// A picture that is cut off.
     #[error("--clip: a board draws whole strokes; leave it out, and give a --scale, --width or --height that fits")]
     Clip,
@@ -62,12 +65,15 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
     let mut looks = Vec::with_capacity(scene.surfaces.len());
     for surface in 0..scene.surfaces.len() {
         let ink = settled.inks.of(surface);
+        let pen = ink.pens.only().filter(|_| settled.inks.layers().is_empty()).ok_or(StoreError::Pens)?;
         let hidden = match ink.hidden {
             Hidden::Omit => None,
-            Hidden::Layer if !apart => Some(settled.inks.last_pen().saturating_add(1)),
+            Hidden::Layer if !apart => {
+                Some(ink.pens.of_hidden().unwrap_or_else(|| settled.inks.last_pen().saturating_add(1)))
+            }
             _ => return Err(StoreError::Hidden.into()),
         };
-        looks.push(Look { style: *settled.styles.of(surface), pen: ink.pen, hidden });
+        looks.push(Look { style: *settled.styles.of(surface), pen, hidden });
     }
     let pens = looks.iter().flat_map(|look| [Some(look.pen), look.hidden]).flatten();
     let lines = |lines: Vec<String>| lines.iter().map(|line| format!("{line}\n")).collect::<String>();

@@ -4,7 +4,7 @@ use penvis_core::extract::CurveSet;
 use penvis_core::stroke::CurveKind;
 
 use crate::drawing::Page;
-use crate::page::{self, DashPattern, Hidden, Orientation, Placing, Position, SheetError, Size};
+use crate::page::{self, DashPattern, Hidden, KindPens, Orientation, Placing, Position, SheetError, Size};
 
 /// Kinds of curve by the names that users give them.
 const KINDS: [(&str, CurveKind); 6] = [
@@ -15,6 +15,9 @@ const KINDS: [(&str, CurveKind); 6] = [
     ("smooth", CurveKind::Smooth),
     ("intersection", CurveKind::Section),
 ];
+
+/// Largest number of a pen. Plotters hold eight, and people may swap some more by hand.
+pub(crate) const MOST_PENS: u32 = 99;
 
 /// Most isocurves a direction. More would not be told apart on paper.
 pub(crate) const MOST_ISOS: u32 = 1000;
@@ -32,8 +35,8 @@ pub struct StyleChoice {
     pub curves: Option<CurveSet>,
     /// Isocurves a direction.
     pub isos: Option<u32>,
-    /// Pen of what is visible, from 1.
-    pub pen: Option<u32>,
+    /// Pens.
+    pub pens: KindPens,
     /// What becomes of hidden curves.
     pub hidden: Option<Hidden>,
 }
@@ -45,7 +48,7 @@ impl StyleChoice {
         Self {
             curves: self.curves.or(other.curves),
             isos: self.isos.or(other.isos),
-            pen: self.pen.or(other.pen),
+            pens: self.pens.or(other.pens),
             hidden: self.hidden.or(other.hidden),
         }
     }
@@ -112,6 +115,41 @@ impl SheetChoice {
     }
 }
 
+/// The kind with a name.
+///
+/// # Errors
+/// What is wrong with a name that is none.
+fn kind(word: &str) -> Result<CurveKind, String> {
+    // The curves along trims are boundaries of the trimmed surface.
+    let name = if word == "trim" { "boundary" } else { word };
+    let known = KINDS.into_iter().find(|(known, kind)| *known == name || kind.name() == name);
+    known
+        .map(|(_, kind)| kind)
+        .ok_or_else(|| format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))
+}
+
+/// The names of what has a pen: kinds, and what is hidden.
+pub(crate) fn pen_names() -> [&'static str; KINDS.len() + 1] {
+    let mut names = [page::HIDDEN_LAYER; KINDS.len() + 1];
+    for (name, (kind, _)) in names.iter_mut().zip(KINDS) {
+        *name = kind;
+    }
+    names
+}
+
+/// These pens, but for a kind or what is hidden, by its name.
+///
+/// # Errors
+/// What is wrong with a name that is none.
+pub(crate) fn with_pen(pens: KindPens, word: &str, pen: u32) -> Result<KindPens, String> {
+    match word {
+        page::HIDDEN_LAYER => Ok(pens.with_hidden(pen)),
+        word => {
+            kind(word).map(|kind| pens.with(kind, pen)).map_err(|problem| format!("{problem}, {}", page::HIDDEN_LAYER))
+        }
+    }
+}
+
 /// The set of kinds with these names.
 ///
 /// # Errors
@@ -119,12 +157,7 @@ impl SheetChoice {
 pub(crate) fn kinds<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<CurveSet, String> {
     let mut set = CurveSet::NONE;
     for word in words {
-        // The curves along trims are boundaries of the trimmed surface.
-        let name = if word == "trim" { "boundary" } else { word };
-        let known = KINDS.into_iter().find(|(known, kind)| *known == name || kind.name() == name);
-        let (_, kind) =
-            known.ok_or_else(|| format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))?;
-        set.insert(kind);
+        set.insert(kind(word)?);
     }
     Ok(set)
 }
@@ -149,9 +182,17 @@ mod tests {
     #[test]
     fn what_is_left_open_is_as_the_other_says() {
         let above = StyleChoice { isos: Some(3), hidden: Some(Hidden::Omit), ..StyleChoice::default() };
-        let below = StyleChoice { isos: Some(5), pen: Some(2), hidden: Some(Hidden::Layer), ..StyleChoice::default() };
+        let below = StyleChoice {
+            isos: Some(5),
+            pens: KindPens::all(2),
+            hidden: Some(Hidden::Layer),
+            ..StyleChoice::default()
+        };
         let both = above.or(below);
-        assert_eq!((both.isos, both.pen, both.hidden, both.curves), (Some(3), Some(2), Some(Hidden::Omit), None));
+        assert_eq!(
+            (both.isos, both.pens.only(), both.hidden, both.curves),
+            (Some(3), Some(2), Some(Hidden::Omit), None)
+        );
         let stated = SheetChoice {
             paper: Some("a5".into()),
             orientation: Some(Orientation::Portrait),

@@ -4,6 +4,7 @@ use glam::DVec2;
 use penvis::device::{self, Device, Language};
 use penvis::drawing::{Drawing, Page, Polyline};
 use penvis::emit::{self, Run};
+use penvis::pens::Pens;
 use penvis::protocol::{grbl, hpgl};
 use penvis::trace::gcode::{Machine, Modal};
 use penvis::trace::hpgl::{Action, Motion, Path, State};
@@ -103,7 +104,7 @@ proptest! {
             let pens = if device.language.gcode().is_some() { 2 } else { device.pens };
             let polylines = lines.iter().map(|(pen, page)| polyline(((*pen).min(pens), page.clone()))).collect();
             let page = Page { width_mm: 297.0, height_mm: 210.0 };
-            let drawing = Drawing { name: "t".into(), page, isos: 0, polylines };
+            let drawing = Drawing { name: "t".into(), page, isos: 0, pens: Pens::default(), polylines };
             let (text, unit_mm) = match &device.language {
                 Language::Hpgl(language) => (emit::hpgl(&drawing, &device).unwrap(), language.unit_mm),
                 _ => (emit::gcode(&drawing, &device).unwrap(), GRID_MM),

@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use penvis::device::{self, Device, Language};
 use penvis::drawing::{Drawing, Page, Polyline};
 use penvis::emit;
+use penvis::pens::Pens;
 use penvis::protocol::{self, Control, Progress};
 use penvis::sim::{Fault, FaultKind, Faults, Recording, SimClock, SimName, SimPort, Traffic};
 use penvis::stream::{self, Clock, Observer};
@@ -320,5 +321,5 @@ fn drawing() -> Drawing {
         page,
     });
     let page = Page { width_mm: 297.0, height_mm: 210.0 };
-    Drawing { name: "faults".into(), page, isos: 0, polylines: polylines.collect() }
+    Drawing { name: "faults".into(), page, isos: 0, pens: Pens::default(), polylines: polylines.collect() }
 }

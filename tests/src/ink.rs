@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use penvis::drawing::Drawing;
+use penvis::pens::Pens;
 
 /// Distance in mm between the places at which a line is compared.
 const SPACING: f64 = 0.05;
@@ -143,7 +144,13 @@ mod tests {
             page: points.iter().map(|&p| p.into()).collect(),
         };
         let page = Page { width_mm: 100.0, height_mm: 100.0 };
-        Drawing { name: "test".into(), page, isos: 0, polylines: lines.iter().map(line).collect() }
+        Drawing {
+            name: "test".into(),
+            page,
+            isos: 0,
+            pens: Pens::default(),
+            polylines: lines.iter().map(line).collect(),
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use penvis::builtin;
 use penvis::drawing::Drawing;
 use penvis::model::View;
 use penvis::page::{Depths, Inks, Layout, lay_out};
+use penvis::pens::Pens;
 use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::ink::Ink;
@@ -35,7 +36,7 @@ fn picture(name: &str, view: &View, wanted: &DrawOptions) -> Picture {
     let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
     let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, None);
-    let drawing = Drawing { name: name.into(), page, isos: 0, polylines };
+    let drawing = Drawing { name: name.into(), page, isos: 0, pens: Pens::default(), polylines };
     Picture { prepared, layout, ink: Ink::new(&drawing) }
 }
 

@@ -8,6 +8,7 @@ use glam::DVec3;
 use penvis::drawing::Drawing;
 use penvis::model::{self, Model, View};
 use penvis::page::{Depths, Inks, Layout, lay_out};
+use penvis::pens::Pens;
 use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::Scene;
@@ -63,7 +64,7 @@ fn drawn(prepared: &Prepared, layout: &Layout) -> Drawing {
     let (page, _) = options(&["-"]).sheet.settle().expect("a sheet");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
     let polylines = lay_out(&traced.strokes, layout, &Inks::default(), Depths::Together, None);
-    Drawing { name: String::new(), page, isos: 0, polylines }
+    Drawing { name: String::new(), page, isos: 0, pens: Pens::default(), polylines }
 }
 
 /// The farthest point of a drawing, looked at every few tenths of a millimetre, from the ink of another.

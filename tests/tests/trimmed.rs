@@ -8,6 +8,7 @@ use glam::DVec3;
 use penvis::drawing::Drawing;
 use penvis::model::{self, View};
 use penvis::page::{Depths, Inks, Layout, lay_out};
+use penvis::pens::Pens;
 use penvis_core::extract::CurveSet;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::Scene;
@@ -61,7 +62,7 @@ fn complete(scene: &Scene, model: &Model, view: &View) {
     let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
     let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, None);
-    let ink = Ink::new(&Drawing { name: scene.name.clone(), page, isos: 0, polylines });
+    let ink = Ink::new(&Drawing { name: scene.name.clone(), page, isos: 0, pens: Pens::default(), polylines });
     let outline = Oracle::seen(scene, model, view).visible_outline();
     assert!(outline.len() > 100, "{view:?}: {} places", outline.len());
     for (at, error) in outline {

@@ -84,10 +84,10 @@ fn emit(output: &Output, computed: &Computed, options: &DrawOptions) -> Result<V
     let path = || -> PathBuf { output.path.clone() };
     let drawing = &computed.drawing;
     let made: Result<Vec<u8>, EmitError> = match output.format {
-        Format::Svg => Ok(emit::svg(drawing, options.drawing.pen_width_mm).into_bytes()),
+        Format::Svg => Ok(emit::svg(drawing).into_bytes()),
         Format::Gcode => emit::gcode(drawing, &options.gcode).map(String::into_bytes),
         Format::Hpgl => emit::hpgl(drawing, &options.hpgl).map(String::into_bytes),
-        Format::Png => emit::png(drawing, options.drawing.pen_width_mm),
+        Format::Png => emit::png(drawing),
         Format::Json => {
             let text = emit::json(drawing, &computed.view).map_err(|source| Error::Json { path: path(), source })?;
             Ok(text.into_bytes())

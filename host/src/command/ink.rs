@@ -10,9 +10,6 @@ use crate::options::folder;
 use crate::output;
 use crate::sim::Recording;
 
-/// Width of the pen in the picture, mm.
-const PEN_MM: f64 = 0.3;
-
 /// Why a picture cannot be where it is asked for; none when it can.
 pub(crate) fn problem(path: &Path) -> Option<&'static str> {
     if !matches!(Format::of_path(path), Some(Format::Svg | Format::Png)) {
@@ -46,10 +43,8 @@ pub(crate) fn write(
 ) -> Result<(), Error> {
     let drawing = recording.drawing(name, page, place);
     let picture = match Format::of_path(path) {
-        Some(Format::Png) => {
-            emit::png(&drawing, PEN_MM).map_err(|source| Error::Emit { path: path.to_owned(), source })?
-        }
-        _ => emit::svg(&drawing, PEN_MM).into_bytes(),
+        Some(Format::Png) => emit::png(&drawing).map_err(|source| Error::Emit { path: path.to_owned(), source })?,
+        _ => emit::svg(&drawing).into_bytes(),
     };
     output::write_all(&[(PathBuf::from(path), picture)])
 }

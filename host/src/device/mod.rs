@@ -18,6 +18,7 @@ pub use gcode::{Dialect, Gcode, Pen, Streaming};
 pub use place::{PlaceError, Placement};
 pub use profile::{Axes, Device, Flow, Handshake, Hpgl, Language, Origin, Paper};
 pub use source::user_folder;
+pub(crate) use template::MM_MIN_PER_CM_S;
 
 use source::Sources;
 

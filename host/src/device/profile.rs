@@ -60,6 +60,8 @@ pub struct Hpgl {
     pub handshake: Handshake,
     /// Fastest speed that `VS` takes, in cm/s; none when the plotter has no such instruction.
     pub speed_max: Option<u32>,
+    /// Largest force that `FS` takes, in its steps from 1; none when the plotter has no such instruction.
+    pub force_max: Option<u32>,
 }
 
 /// How an HPGL plotter's buffer is kept from overflowing.
@@ -256,6 +258,7 @@ impl Raw {
                     template::check(&format!("hpgl.{key}"), text, false)?;
                 }
                 nonzero("hpgl.speed_max", hpgl.speed_max.map_or(1, |speed| speed as usize))?;
+                nonzero("hpgl.force_max", hpgl.force_max.map_or(1, |force| force as usize))?;
                 if self.axes != Axes::default() {
                     return Err(wrong("axes", "is for G-code machines; the ranges of `papers` say how HPGL lies"));
                 }

@@ -10,7 +10,7 @@ const GCODE: &[&str] = &["pen", "up", "down", "draw_feed", "travel_feed", "trave
 const HPGL: &[&str] = &["pen", "speed"];
 
 /// Millimetres a minute in a centimetre a second.
-const MM_MIN_PER_CM_S: f64 = 600.0;
+pub(crate) const MM_MIN_PER_CM_S: f64 = 600.0;
 
 /// A piece of a template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -42,7 +42,7 @@ pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
                 writer.line(&device.fill(line, pen))?;
             }
         }
-        writer.run(&run)?;
+        writer.run(&run, drawing.pens.draw_feed(run.pen, device.draw_feed))?;
     }
     writer.travel("X0 Y0")?;
     for line in &language.end {
@@ -81,13 +81,13 @@ impl Writer<'_> {
         }
     }
 
-    fn run(&mut self, run: &Run) -> Result<(), EmitError> {
+    fn run(&mut self, run: &Run, feed: f64) -> Result<(), EmitError> {
         let Some((first, rest)) = run.points.split_first() else { return Ok(()) };
         self.travel(&coordinates(*first))?;
         self.lines(self.language.pen_down())?;
         for (k, point) in rest.iter().enumerate() {
             // The feed is modal; a pen on the Z axis, or a Marlin's travel, has changed it.
-            let feed = if k == 0 { format!(" F{}", decimal(self.device.draw_feed, 1)) } else { String::new() };
+            let feed = if k == 0 { format!(" F{}", decimal(feed, 1)) } else { String::new() };
             self.line(&format!("G1 {}{feed}", coordinates(*point)))?;
         }
         self.lines(self.language.pen_up())
@@ -100,11 +100,14 @@ fn coordinates([x, y]: [i64; 2]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use penvis_core::stroke::CurveKind::{Boundary, Iso};
 
     use super::super::tests::{drawing, polyline};
     use super::*;
     use crate::device::{Language, Origin, find};
+    use crate::pens::Pens;
 
     #[test]
     fn a_servo_draws_two_strokes_and_a_dot() {
@@ -165,6 +168,16 @@ G1 Z3 F1000
 G0 X0 Y0
 ";
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn each_pen_draws_at_its_speed() {
+        let lines = vec![polyline(Boundary, 1, &[[1.0, 9.0], [2.0, 9.0]]), polyline(Iso, 2, &[[3.0, 9.0], [4.0, 9.0]])];
+        let mut drawing = drawing(100.0, 100.0, lines);
+        let slow = crate::pens::Pen { speed_mm_s: Some(10.5), ..Default::default() };
+        drawing.pens = Pens::new(BTreeMap::from([(2, slow)]), 0.3);
+        let text = gcode(&drawing, &find("grbl-servo").unwrap()).unwrap();
+        assert!(text.contains("G1 X2 Y9 F2000\n") && text.contains("G1 X4 Y9 F630\n"), "{text}");
     }
 
     #[test]

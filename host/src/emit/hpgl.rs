@@ -6,7 +6,8 @@ use glam::DVec2;
 
 use super::EmitError;
 use super::grid::runs;
-use crate::device::{Device, Language};
+use super::number::decimal;
+use crate::device::{Device, Hpgl, Language, MM_MIN_PER_CM_S};
 use crate::drawing::Drawing;
 
 /// The drawing as HPGL: absolute coordinates in whole plotter units, `PU` to each start, then `PD` lists no longer than the
@@ -33,6 +34,7 @@ pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
                 return Err(EmitError::Pen { pen: run.pen, device: device.name.clone(), pens: device.pens });
             }
             text.push_str(&device.fill(&language.pen_change, run.pen));
+            text.push_str(&pressure(drawing, device, language, run.pen)?);
             held = Some(run.pen);
         }
         let [x, y] = run.points[0];
@@ -49,13 +51,34 @@ pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
     Ok(text)
 }
 
+/// What a pen that has been taken is told of its speed and force, where the plotter knows them.
+fn pressure(drawing: &Drawing, device: &Device, language: &Hpgl, pen: u32) -> Result<String, EmitError> {
+    let mut text = String::new();
+    if let Some(fastest) = language.speed_max
+        && drawing.pens.have_speeds()
+    {
+        let speed = drawing.pens.draw_feed(pen, device.draw_feed) / MM_MIN_PER_CM_S;
+        let _ = write!(text, "VS{};", decimal(speed.clamp(1.0, f64::from(fastest)), 0));
+    }
+    if let (Some(force), Some(forces)) = (drawing.pens.force(pen), language.force_max) {
+        if force > forces {
+            return Err(EmitError::Force { pen, force, device: device.name.clone(), forces });
+        }
+        let _ = write!(text, "FS{force};");
+    }
+    Ok(text)
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use penvis_core::stroke::CurveKind::Iso;
 
     use super::super::tests::{drawing, polyline};
     use super::*;
     use crate::device::find;
+    use crate::pens::{Pen, Pens};
 
     /// Ends in HPGL units on A3 of a Roland: 40 a millimetre, zero in the corner.
     fn dxy(list_points: usize, lines: &[(u32, &[[f64; 2]])]) -> String {
@@ -97,6 +120,24 @@ mod tests {
         for (name, list_points, lines, expected) in table {
             assert_eq!(dxy(*list_points, lines), *expected, "{name}");
         }
+    }
+
+    #[test]
+    fn pens_are_told_their_speed_and_force_when_they_are_taken() {
+        let slow = Pen { speed_mm_s: Some(100.0), force: Some(3), ..Pen::default() };
+        let lines =
+            vec![polyline(Iso, 1, &[[20.0, 20.0], [30.0, 20.0]]), polyline(Iso, 2, &[[20.0, 20.0], [30.0, 20.0]])];
+        let mut drawing = drawing(297.0, 210.0, lines);
+        drawing.pens = Pens::new(BTreeMap::from([(2, slow)]), 0.3);
+        let text = |name: &str| hpgl(&drawing, &find(name).unwrap());
+        let hp = text("hp7550a").unwrap();
+        assert!(hp.contains("SP1;VS50;PU") && hp.contains("SP2;VS10;FS3;PU"), "{hp}");
+        // It knows no forces.
+        let hp = text("hp7475a").unwrap();
+        assert!(hp.contains("SP2;VS10;PU"), "{hp}");
+        drawing.pens = Pens::new(BTreeMap::from([(2, Pen { force: Some(9), ..slow })]), 0.3);
+        let error = hpgl(&drawing, &find("hp7550a").unwrap()).unwrap_err();
+        assert!(matches!(error, EmitError::Force { pen: 2, force: 9, forces: 8, .. }));
     }
 
     #[test]

@@ -104,6 +104,20 @@ pub enum EmitError {
         /// How many it holds.
         pens: u32,
     },
+    /// A pen is to be pressed harder than the plotter can.
+    #[error(
+        "pen {pen} is to be pressed with force {force}, and `{device}` knows 1 to {forces}; change `force` in the scene"
+    )]
+    Force {
+        /// The pen.
+        pen: u32,
+        /// The force wanted.
+        force: u32,
+        /// The device.
+        device: String,
+        /// Its largest one.
+        forces: u32,
+    },
     /// A line of the profile or a coordinate makes a line too long for the controller.
     #[error(
         "the line `{line}` is longer than the {limit} characters that `{device}` takes; shorten it in the device profile"
@@ -143,6 +157,7 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::drawing::{Page, Polyline};
+    use crate::pens::Pens;
 
     /// A polyline of one kind through page points in mm.
     pub(crate) fn polyline(kind: CurveKind, pen: u32, page: &[[f64; 2]]) -> Polyline {
@@ -162,7 +177,7 @@ pub(crate) mod tests {
 
     /// A drawing on a sheet.
     pub(crate) fn drawing(width_mm: f64, height_mm: f64, polylines: Vec<Polyline>) -> Drawing {
-        Drawing { name: "t".into(), page: Page { width_mm, height_mm }, isos: 0, polylines }
+        Drawing { name: "t".into(), page: Page { width_mm, height_mm }, isos: 0, pens: Pens::default(), polylines }
     }
 
     #[test]

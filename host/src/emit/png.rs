@@ -3,7 +3,6 @@
 use tiny_skia::{Color, ColorU8, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform};
 
 use super::EmitError;
-use super::svg::ink;
 use crate::drawing::{Drawing, Page};
 
 /// Dots an inch, unless the sheet is so large that its longer side is held to `LONGEST_PX`.
@@ -21,22 +20,17 @@ const PAPER: [u8; 3] = [252, 250, 245];
 /// Painted surfaces in full light: plaster, told from the paper.
 const SURFACE: [u8; 3] = [232, 229, 222];
 
-/// The drawing as PNG: ink of `pen_width_mm` on paper, antialiased, at [`DPI`]. A pen thinner than a pixel keeps its share
+/// The drawing as PNG: ink as wide and of the colour of each pen on paper, antialiased, at [`DPI`]. A pen thinner than a pixel keeps its share
 /// of it.
 ///
 /// # Errors
 /// If the page is too narrow for a pixel.
-pub fn png(drawing: &Drawing, pen_width_mm: f64) -> Result<Vec<u8>, EmitError> {
+pub fn png(drawing: &Drawing) -> Result<Vec<u8>, EmitError> {
     let page = drawing.page;
     let pixels = Pixels::new(page, DPI)?;
     let scale = pixels.per_mm;
     let mut picture = paper(page, &pixels)?;
-    let stroke = Stroke {
-        width: (pen_width_mm * scale) as f32,
-        line_cap: LineCap::Round,
-        line_join: LineJoin::Round,
-        ..Stroke::default()
-    };
+    let round = Stroke { line_cap: LineCap::Round, line_join: LineJoin::Round, ..Stroke::default() };
     for polyline in &drawing.polylines {
         let mut path = PathBuilder::new();
         for (k, p) in polyline.page.iter().enumerate() {
@@ -46,8 +40,9 @@ pub fn png(drawing: &Drawing, pen_width_mm: f64) -> Result<Vec<u8>, EmitError> {
         // No path comes of points that are not finite: there is no ink for them.
         let Some(path) = path.finish() else { continue };
         let mut paint = Paint::default();
-        let [r, g, b] = ink(polyline.pen);
+        let [r, g, b] = drawing.pens.color(polyline.pen);
         paint.set_color_rgba8(r, g, b, 255);
+        let stroke = Stroke { width: (drawing.pens.width_mm(polyline.pen) * scale) as f32, ..round.clone() };
         picture.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
     }
     picture.encode_png().map_err(|_| impossible(page))
@@ -107,16 +102,21 @@ fn impossible(page: Page) -> EmitError {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use penvis_core::stroke::CurveKind::Iso;
 
     use super::super::tests::{drawing, polyline};
     use super::*;
+    use crate::pens::Pens;
 
     #[test]
     fn ink_is_where_the_pen_was() {
         // 25.4 mm are 300 pixels.
         let lines = vec![polyline(Iso, 1, &[[5.0, 12.7], [20.0, 12.7]])];
-        let bytes = png(&drawing(25.4, 50.8, lines), 1.0).unwrap();
+        let mut drawing = drawing(25.4, 50.8, lines);
+        drawing.pens = Pens::new(BTreeMap::new(), 1.0);
+        let bytes = png(&drawing).unwrap();
         let picture = Pixmap::decode_png(&bytes).unwrap();
         assert_eq!((picture.width(), picture.height()), (300, 600));
         let grey = |x, y| picture.pixel(x, y).unwrap().green();
@@ -142,14 +142,14 @@ mod tests {
 
     #[test]
     fn large_sheets_are_coarser_and_odd_ones_refused() {
-        let large = png(&drawing(10_000.0, 10.0, Vec::new()), 0.3).unwrap();
+        let large = png(&drawing(10_000.0, 10.0, Vec::new())).unwrap();
         assert_eq!(Pixmap::decode_png(&large).unwrap().width(), 8000);
-        assert!(matches!(png(&drawing(10_000.0, 0.1, Vec::new()), 0.3), Err(EmitError::Picture { .. })));
+        assert!(matches!(png(&drawing(10_000.0, 0.1, Vec::new())), Err(EmitError::Picture { .. })));
     }
 
     #[test]
     fn points_that_are_not_finite_leave_no_ink() {
         let lines = vec![polyline(Iso, 1, &[[f64::NAN, 1.0], [f64::INFINITY, 2.0]])];
-        assert!(png(&drawing(10.0, 10.0, lines), 0.3).is_ok());
+        assert!(png(&drawing(10.0, 10.0, lines)).is_ok());
     }
 }

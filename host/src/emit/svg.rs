@@ -8,19 +8,10 @@ use crate::drawing::{Drawing, Polyline};
 /// Decimals of coordinates in mm.
 const DECIMALS: usize = 3;
 
-/// Ink of the pens 1, 2, …; more pens begin again.
-pub(super) const INKS: [[u8; 3]; 6] =
-    [[0, 0, 0], [200, 40, 40], [30, 80, 180], [30, 130, 60], [200, 120, 20], [120, 50, 150]];
-
-/// Ink of a pen.
-pub(super) fn ink(pen: u32) -> [u8; 3] {
-    INKS[pen.saturating_sub(1) as usize % INKS.len()]
-}
-
 /// The drawing as SVG: user units are mm, one group for each layer and pen in order of first appearance, one path for what is
-/// drawn without lifting the pen, round ends, strokes of `pen_width_mm`.
+/// drawn without lifting the pen, round ends, strokes as wide as the pen and of its ink.
 #[must_use]
-pub fn svg(drawing: &Drawing, pen_width_mm: f64) -> String {
+pub fn svg(drawing: &Drawing) -> String {
     let (width, height) = (decimal(drawing.page.width_mm, 4), decimal(drawing.page.height_mm, 4));
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -33,14 +24,14 @@ pub fn svg(drawing: &Drawing, pen_width_mm: f64) -> String {
         // Layers of one name that are drawn by several pens are told apart by these.
         let is_alone = groups.iter().filter(|(other, _)| *other == layer).count() == 1;
         let label = if is_alone { escape(layer) } else { format!("{} pen {pen}", escape(layer)) };
-        let [r, g, b] = ink(pen);
+        let [r, g, b] = drawing.pens.color(pen);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "<g inkscape:groupmode=\"layer\" inkscape:label=\"{label}\" id=\"layer{}\" fill=\"none\" \
              stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">",
             k + 1,
-            decimal(pen_width_mm, 4)
+            decimal(drawing.pens.width_mm(pen), 4)
         );
         let polylines: Vec<&Polyline> = drawing.polylines.iter().filter(|p| p.layer == layer && p.pen == pen).collect();
         for stroke in polylines.chunk_by(|a, b| a.page.last() == b.page.first()) {
@@ -128,6 +119,6 @@ mod tests {
 </g>
 </svg>
 "##;
-        assert_eq!(svg(&drawing, 0.3), expected);
+        assert_eq!(svg(&drawing), expected);
     }
 }

@@ -10,6 +10,7 @@ use super::aim::ViewChoice;
 use super::fault::{Fault, ReadError};
 use super::load::ModelFile;
 use super::view::View;
+use crate::pens::Pen;
 use crate::style::{SheetChoice, StyleChoice};
 
 /// Most control points of all free-form surfaces of a file: half a gigabyte, and as many as a million bicubic patches have.
@@ -30,6 +31,8 @@ pub struct Import {
     pub styles: Vec<(Range<usize>, StyleChoice)>,
     /// What it asks of the sheet.
     pub sheet: SheetChoice,
+    /// What it says of pens, by number.
+    pub pens: BTreeMap<u32, Pen>,
     /// The files that it refers to, in the order of their surfaces.
     pub files: Vec<ModelFile>,
     /// What there is to say about it.

@@ -1,5 +1,6 @@
 //! Models by name or path, one or several.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::ops::Range;
 use std::path::Path;
@@ -15,6 +16,7 @@ use super::import::{Import, Reading, Report};
 use super::source::Source;
 use super::view::View;
 use crate::builtin;
+use crate::pens::Pen;
 use crate::style::{SheetChoice, StyleChoice};
 
 /// Largest coordinate, and the inverse of the smallest size of a model. Areas of normals, squared, are sixth powers of
@@ -34,6 +36,8 @@ pub struct Model {
     pub styles: Vec<(Range<usize>, StyleChoice)>,
     /// What the first model that says something about it asks of the sheet.
     pub sheet: SheetChoice,
+    /// What models say of pens, by number; the first that describes one is heard.
+    pub pens: BTreeMap<u32, Pen>,
     /// The files, in the order of their surfaces; one that refers to others goes before them.
     pub files: Vec<ModelFile>,
 }
@@ -146,6 +150,9 @@ pub fn load(specs: &[String], reading: &Reading<'_>) -> Result<Model, ModelError
         }
         joined.styles.extend(model.styles.into_iter().map(|(range, style)| (shifted(range), style)));
         joined.sheet = joined.sheet.or(&model.sheet);
+        for (number, pen) in model.pens {
+            joined.pens.entry(number).or_insert(pen);
+        }
         before += model.scene.surfaces.len();
         names.push(model.scene.name.clone());
         scenes.push(model.scene);
@@ -188,10 +195,10 @@ pub(super) fn load_file(path: &Path, reading: &Reading<'_>) -> Result<Model, Mod
         source => ModelError::Read { file: file.clone(), source },
     })?;
     check_size(&import.scene, &file)?;
-    let Import { scene, view, aim, styles, sheet, files: others, report } = import;
+    let Import { scene, view, aim, styles, sheet, pens, files: others, report } = import;
     let mut files = vec![ModelFile { file, format: format.name, surfaces: 0..scene.surfaces.len(), report }];
     files.extend(others);
-    Ok(Model { scene, view, aim, styles, sheet, files })
+    Ok(Model { scene, view, aim, styles, sheet, pens, files })
 }
 
 /// Refuses sizes whose powers overflow or vanish.

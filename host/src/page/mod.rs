@@ -11,7 +11,7 @@ mod sheet;
 
 pub use clip::{Window, clip};
 pub use dash::{DashPattern, dash};
-pub use ink::{Ink, Inks};
+pub use ink::{Ink, Inks, KindPens};
 pub use join::join;
 pub use layout::{Layout, LayoutError};
 pub use order::order;
@@ -74,28 +74,35 @@ pub fn lay_out(
     let mut polylines = Vec::with_capacity(strokes.len());
     for stroke in strokes.iter().filter(|stroke| stroke.points.len() >= 2) {
         let visible = stroke.qi == 0;
-        let Ink { pen, hidden } = inks.of(stroke.style);
+        let Ink { hidden, .. } = inks.of(stroke.style);
         if visible {
             let name = stroke.kind.name();
-            if stroke.kind == CurveKind::Iso && levels > 1 {
+            let (level, layer) = if stroke.kind == CurveKind::Iso && levels > 1 {
                 let level = stroke.level + 1;
-                polylines.push(Polyline { level, ..polyline(stroke, layout, &format!("{name}-{level}"), pen) });
+                (level, format!("{name}-{level}"))
             } else {
-                polylines.push(polyline(stroke, layout, name, pen));
-            }
+                (0, name.to_owned())
+            };
+            let pen = inks.visible(stroke.style, stroke.kind, &layer);
+            polylines.push(Polyline { level, ..polyline(stroke, layout, &layer, pen) });
             continue;
         }
         let (layer, depth) = match depths {
             Depths::Together => (HIDDEN_LAYER.to_owned(), 1),
             Depths::Apart => (format!("{HIDDEN_LAYER}-{}", stroke.qi), stroke.qi),
         };
+        let own = inks.hidden(stroke.style, &layer);
         match hidden {
             Hidden::Omit => {}
             Hidden::Dashed(pattern) => {
                 let pattern = DashPattern { dash_mm: pattern.dash_mm / f64::from(depth), ..pattern };
+                let pen = own.unwrap_or_else(|| inks.visible(stroke.style, stroke.kind, stroke.kind.name()));
                 dash(&polyline(stroke, layout, &layer, pen), pattern, &mut polylines);
             }
-            Hidden::Layer => polylines.push(polyline(stroke, layout, &layer, inks.last_pen().saturating_add(depth))),
+            Hidden::Layer => {
+                let pen = own.unwrap_or_else(|| inks.last_pen().saturating_add(depth));
+                polylines.push(polyline(stroke, layout, &layer, pen));
+            }
         }
     }
     if let Some(window) = layout.window() {
@@ -204,11 +211,7 @@ mod tests {
         let of = |style: usize, qi: u32| Stroke { style, ..stroke(CurveKind::Boundary, qi, [[0.0, 0.0], [1.0, 0.0]]) };
         let strokes = [of(0, 0), of(0, 1), of(1, 0), of(1, 1), of(2, 0), of(2, 2)];
         let dashed = Hidden::Dashed(DashPattern::default());
-        let inks = Inks::new(vec![
-            Ink { pen: 4, hidden: Hidden::Layer },
-            Ink { pen: 2, hidden: dashed },
-            Ink { pen: 3, hidden: Hidden::Omit },
-        ]);
+        let inks = Inks::new(vec![Ink::new(4, Hidden::Layer), Ink::new(2, dashed), Ink::new(3, Hidden::Omit)]);
         let found = lay_out(&strokes, &layout, &inks, Depths::Apart, None);
         let mut pens: Vec<(&str, u32)> = found.iter().map(|p| (p.layer.as_str(), p.pen)).collect();
         pens.dedup();

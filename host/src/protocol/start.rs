@@ -3,11 +3,8 @@
 use thiserror::Error;
 
 use super::{Protocol, grbl, hpgl, marlin};
-use crate::device::{Device, Gcode, Language, Pen};
+use crate::device::{Device, Gcode, Language, MM_MIN_PER_CM_S, Pen};
 use crate::trace::gcode::Machine;
-
-/// Millimetres a minute in a centimetre a second.
-const MM_MIN_PER_CM_S: f64 = 600.0;
 
 /// A conversation that has not begun.
 pub struct Conversation {

@@ -6,6 +6,7 @@ use penvis_firmware::AXES;
 
 use crate::device::Placement;
 use crate::drawing::{Drawing, Page, Polyline};
+use crate::pens::Pens;
 
 /// A run of the pen, from one change of it to the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,6 +87,7 @@ impl Recording {
                 page,
             }
         });
-        Drawing { name: name.to_owned(), page, isos: 0, polylines: polylines.collect() }
+        let polylines = polylines.collect();
+        Drawing { name: name.to_owned(), page, isos: 0, pens: Pens::default(), polylines }
     }
 }

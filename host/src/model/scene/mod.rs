@@ -4,10 +4,10 @@
 //! folder) or a shape by its measures (`box`, `sphere`, `cylinder`, `cone`, `torus`, `rectangle`, `disk`). An object is scaled
 //! first, then rotated, then moved (`scale`, `rotate`, `translate`), and then repeated (`array`). `pen`, `curves`, `iso`,
 //! `hidden` and `crease_angle` say how it is drawn; `[style]` says so for all objects that do not say otherwise. `[camera]` and
-//! `[page]` are what the options of the same names are. Whatever the command line asks for goes before the file.
+//! `[page]` are what the options of the same names are, and each `[[pen]]` says how wide a pen is, and how it is moved. Whatever the command line asks for goes before the file.
 //!
 //! A model may be a scene in its turn, some levels deep, but not a part of itself. Its objects then keep their own styles
-//! where the object that they make up has none; its camera and its page do not count.
+//! where the object that they make up has none; its camera, its page and its pens do not count.
 //!
 //! Placements are affine, so that surfaces and trims stay exact, and a solid that is mirrored is still one whose faces face
 //! outwards.
@@ -16,10 +16,13 @@ mod assembly;
 mod frame;
 mod keys;
 mod object;
+mod pen;
 mod place;
 mod shape;
 #[cfg(test)]
 mod tests;
+
+use std::collections::BTreeMap;
 
 use penvis_core::scene::Scene;
 
@@ -60,7 +63,7 @@ fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Import, ReadError>
     };
     let lines = Lines::of(text);
     let entries = keys::parse(text, &lines)?;
-    let known = ["name", "object", "style", "camera", "page"];
+    let known = ["name", "object", "style", "camera", "page", "pen"];
     let file = Table::whole(entries.get_ref(), &lines, "a scene", &known)?;
 
     let (style, camera, page) = (file.get("style"), file.get("camera"), file.get("page"));
@@ -70,6 +73,7 @@ fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Import, ReadError>
         None => (None, ViewChoice::default()),
     };
     let sheet = page.map_or(Ok(SheetChoice::default()), |item| frame::page(&item.table("[page]", &frame::PAGE)?))?;
+    let pens = file.get("pen").map_or(Ok(BTreeMap::new()), |item| pen::pens(&item))?;
     let name = file.get("name").map(|item| item.text()).transpose()?.unwrap_or(source.stem()).to_owned();
     let Some(list) = file.get("object") else {
         return Err(Fault::whole("has no [[object]]; `penvis scene --init` writes a scene to begin with").into());
@@ -88,7 +92,7 @@ fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Import, ReadError>
         Some(item) => Fault::line(item.line, problem),
         None => Fault::whole(problem),
     })?;
-    Ok(Import { scene, view, aim, styles, sheet, files, report })
+    Ok(Import { scene, view, aim, styles, sheet, pens, files, report })
 }
 
 /// Whether the camera has a view of the scene.

@@ -6,13 +6,11 @@ use super::keys::{Item, Table};
 use super::place::{PLACEMENT, Placement};
 use super::shape::{self, Faces, SHAPES};
 use crate::model::fault::Fault;
-use crate::style::{self, MOST_ISOS, StyleChoice};
+use crate::page::KindPens;
+use crate::style::{self, MOST_ISOS, MOST_PENS, StyleChoice};
 
 /// Keys of how an object is drawn.
 pub(super) const STYLE: [&str; 5] = ["pen", "curves", "iso", "hidden", "crease_angle"];
-
-/// Largest number of a pen. Plotters hold eight, and people may swap some more by hand.
-const MOST_PENS: u32 = 99;
 
 /// What an object is.
 pub(super) enum Body<'t> {
@@ -76,16 +74,31 @@ impl Look {
     /// # Errors
     /// If one of them makes no sense.
     pub(super) fn new(table: &Table<'_>) -> Result<Self, Fault> {
-        let pen = table.get("pen").map(|item| item.whole(1, MOST_PENS)).transpose()?;
+        let pens = table.get("pen").map(|item| pens(&item)).transpose()?.unwrap_or_default();
         let curves = table.get("curves").map(|item| curves(&item)).transpose()?;
         let isos = table.get("iso").map(|item| item.whole(0, MOST_ISOS)).transpose()?;
         let hidden = table.get("hidden").map(|item| style::hidden(item.text()?).map_err(|problem| item.fault(problem)));
         let angle = table.get("crease_angle");
         let angle =
             angle.map(|item| item.number_that(|a| (0.0..=180.0).contains(&a), "an angle from 0 to 180 degrees"));
-        let style = StyleChoice { curves, isos, pen, hidden: hidden.transpose()? };
+        let style = StyleChoice { curves, isos, pens, hidden: hidden.transpose()? };
         Ok(Self { style, crease_angle: angle.transpose()?.map(f64::to_radians) })
     }
+}
+
+/// One pen for all that is visible, or a table of pens by kind.
+fn pens(item: &Item<'_>) -> Result<KindPens, Fault> {
+    if !item.is_table() {
+        return item.whole(1, MOST_PENS).map(KindPens::all);
+    }
+    let table = item.table("`pen`", &style::pen_names())?;
+    let given = style::pen_names().into_iter().filter_map(|name| Some((name, table.get(name)?)));
+    let mut pens = KindPens::default();
+    for (name, item) in given {
+        let pen = item.whole(1, MOST_PENS)?;
+        pens = style::with_pen(pens, name, pen).map_err(|problem| item.fault(problem))?;
+    }
+    Ok(pens)
 }
 
 /// Kinds of curve: a list of texts, or one text with commas as on the command line.

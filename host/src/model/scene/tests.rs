@@ -5,11 +5,13 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use penvis_core::scene::SceneSurface;
+use penvis_core::stroke::CurveKind;
 use proptest::prelude::*;
 
 use super::*;
 use crate::model::{Model, Projection, load};
-use crate::page::{Hidden, Placing, Position, Size};
+use crate::page::{Hidden, KindPens, Placing, Position, Size};
+use crate::pens::Pen;
 
 fn read_text(text: &str) -> Result<Import, ReadError> {
     let mut source = Source::from_bytes("thing", text.as_bytes().to_vec())?;
@@ -168,8 +170,11 @@ perspective = 30
     let ranges: Vec<_> = found.styles.iter().map(|(range, _)| range.clone()).collect();
     assert_eq!(ranges, [0..2, 2..3, 3..4]);
     let [tori, disk, other] = [0, 1, 2].map(|k| found.styles[k].1);
-    assert_eq!((tori.pen, tori.isos, tori.hidden, tori.curves), (Some(2), Some(4), Some(Hidden::Layer), None));
-    assert_eq!((disk.pen, disk.isos, disk.hidden), (Some(3), Some(4), None));
+    assert_eq!(
+        (tori.pens, tori.isos, tori.hidden, tori.curves),
+        (KindPens::all(2), Some(4), Some(Hidden::Layer), None)
+    );
+    assert_eq!((disk.pens, disk.isos, disk.hidden), (KindPens::all(3), Some(4), None));
     assert_eq!(disk.curves, crate::style::kinds(["intersection", "boundary"]).ok());
     assert_eq!(other.curves, crate::style::kinds(["silhouette", "iso"]).ok());
     let (page, margin) = found.sheet.settle().unwrap();
@@ -206,6 +211,33 @@ fn a_camera_stands_at_a_point_or_looks_in_a_direction() {
     ] {
         let found = message(&format!("{object}[camera]\n{camera}"));
         assert!(found.starts_with(expected), "{camera}: {found}");
+    }
+}
+
+#[test]
+fn pens_are_described_and_told_apart_by_what_they_draw() {
+    let text = "[style]\npen = 4\n[[pen]]\nnumber = 2\nwidth = 0.5\ncolor = '#c82828'\n[[pen]]\nnumber = 3\ncolor = 'navy'\nspeed = 20\n\
+                force = 3\n[[object]]\ndisk = { radius = 1 }\npen = { silhouette = 2, iso = 3, hidden = 6 }";
+    let found = import(text);
+    let red = Pen { width_mm: Some(0.5), color: Some([200, 40, 40]), ..Pen::default() };
+    let navy = Pen { color: Some([0, 0, 128]), speed_mm_s: Some(20.0), force: Some(3), ..Pen::default() };
+    assert_eq!(found.pens, BTreeMap::from([(2, red), (3, navy)]));
+    let pens = found.styles[0].1.pens;
+    assert_eq!([CurveKind::Silhouette, CurveKind::Iso, CurveKind::Boundary].map(|kind| pens.of(kind)), [2, 3, 4]);
+    assert_eq!(pens.of_hidden(), Some(6));
+    let object = "[[object]]\ndisk = { radius = 1 }\n";
+    for (rest, expected) in [
+        ("pen = { isos = 2 }", "line 3: there is no key `isos` in `pen`; the nearest one is `iso`"),
+        ("pen = { iso = 0 }", "line 3: `iso` is 0; give a whole number from 1 to 99"),
+        ("pen = 'red'", "line 3: `pen` is the text \"red\"; give a whole number"),
+        ("[[pen]]\nwidth = 1", "line 3: a pen needs the key `number`"),
+        ("[[pen]]\nnumber = 1\n[[pen]]\nnumber = 1", "line 6: `number` is 1 again"),
+        ("[[pen]]\nnumber = 1\nwidth = 0", "line 5: `width` is 0; give a width in mm"),
+        ("[[pen]]\nnumber = 1\ncolor = 'reddish'", "line 5: `color` is no colour"),
+        ("[[pen]]\nnumber = 1\nspeed = nan", "line 5: `speed` is nan; give a speed in mm/s"),
+    ] {
+        let found = message(&format!("{object}{rest}"));
+        assert!(found.starts_with(expected), "{rest}: {found}");
     }
 }
 
@@ -263,7 +295,7 @@ array = { count = 2, step = [9, 0, 0] }\n[[object]]\nmodel = 'parts/roof.obj'\nn
     let names: Vec<_> = model.scene.surfaces.iter().map(|s| s.name.as_str()).collect();
     assert_eq!((names.len(), names[1], names[8].starts_with("x/")), (9, "roof/surface 0", true), "{names:?}");
     // The object goes before the inner scene, the inner scene before what the outer one says of all.
-    let pens: Vec<_> = model.choices().iter().map(|c| (c.pen.unwrap(), c.isos)).collect();
+    let pens: Vec<_> = model.choices().iter().map(|c| (c.pens.only().unwrap(), c.isos)).collect();
     let pair = [(2, Some(1)), (2, Some(1)), (7, Some(1))];
     assert_eq!(pens, [&[(9, None)][..], &pair, &pair, &[(9, None), (9, None)]].concat());
     assert!(model.choices().iter().all(|c| c.curves == crate::style::kinds(["iso"]).ok()));
@@ -317,7 +349,7 @@ fn contents_tell_a_scene_from_other_files() {
 }
 
 const GOOD: &str = "name = \"all of it\"\n[camera]\nview = [1, -2, 0.8]\nup = [0, 0, 1]\nperspective = 30\n[page]\npaper = \"a4\"\n\
-orientation = \"portrait\"\nmargin = 15\ntolerance = 0.01\nscale = \"1:2\"\nposition = \"20mm,30mm\"\nclip = true\n[style]\npen = 1\ncurves = [\"iso\"]\niso = 2\nhidden = \"dashed\"\n\
+orientation = \"portrait\"\nmargin = 15\ntolerance = 0.01\nscale = \"1:2\"\nposition = \"20mm,30mm\"\nclip = true\n[[pen]]\nnumber = 2\nwidth = 0.5\ncolor = \"navy\"\nspeed = 20\nforce = 3\n[style]\npen = { iso = 2, hidden = 3 }\ncurves = [\"iso\"]\niso = 2\nhidden = \"dashed\"\n\
 crease_angle = 30\n[[object]]\nname = \"a\"\nmodel = \"saddle\"\nscale = [1, -2, 3]\nrotate = [1, 2, 3]\ntranslate = [1, 2, 3]\n\
 array = { count = 2, step = [1, 0, 0] }\n[[object]]\ncone = { radius = 1, top_radius = 0.5, height = 2 }\n\
 rotate = { axis = [1, 1, 0], degrees = 30 }\n";
