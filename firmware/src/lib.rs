@@ -107,7 +107,7 @@
 //!
 //! | | work |
 //! |---|---|
-//! | [`Stepper::tick`], a step | 59 instructions on a Cortex-M4F, 64 on a Cortex-M7, with two axes in motion and a table of port patterns; 98 and 100 with [`Hardware::TICK_ENDS_PULSE`] |
+//! | [`Stepper::tick`], a step | 55 instructions on a Cortex-M4F and on a Cortex-M7, with two axes in motion and a table of port patterns; 91 with [`Hardware::TICK_ENDS_PULSE`] |
 //! | [`Stepper::tick`], a new segment | some 120 instructions more, and at a new block divisions for the position |
 //! | a segment, each 2.5 ms of motion | 60 f32 operations, at most 8 square roots and 8 divisions; with limited jerk up to 14 times 100, and 30 for each block within the way of a stop |
 //! | a block, and a line that joins one | 200 f32 and 30 f64 operations, and 6 f32 operations for each earlier block whose entry speed rises |

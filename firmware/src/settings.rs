@@ -8,7 +8,7 @@ use crate::pen::PenMotion;
 /// Highest step rate of one motor that settings may ask for, in steps per second; with a pulse of `$0` µs no more than 500,000 / `$0` either, so that the step signal
 /// is low for as long as it is high.
 ///
-/// A step costs [`crate::Stepper::tick`] 59 instructions on a Cortex-M4F, and a segment 120 more. With the processor's own 24 cycles to take an interrupt and to end it, and about as many
+/// A step costs [`crate::Stepper::tick`] 55 instructions on a Cortex-M4F, and a segment 120 more. With the processor's own 24 cycles to take an interrupt and to end it, and about as many
 /// instructions again for the timer, that is some 150 cycles: at 168 MHz a million steps a second would leave no time for anything else, and 200,000 take a fifth. A
 /// Cortex-M0+ at 125 MHz, whose instructions do less, spends less than half of its time at that rate.
 pub const MAX_STEP_RATE: f64 = 200_000.0;

@@ -156,9 +156,10 @@ pub struct Stepper<H> {
     period_part: u32,
     /// 2⁻³²ths of a tick that `next` is early.
     early: u32,
-    /// Time of this tick and of the next, since the start.
-    now: u64,
+    /// Time of the next tick since the start; within a tick, its own. One 64-bit sum a tick is enough, so the time of the last tick is not kept beside it.
     next: u64,
+    /// From the last tick to the next.
+    wait: u32,
     queue: Deque<Command, SEGMENTS>,
     /// Events of the block up to the end of the segment.
     dealt: u32,
@@ -197,8 +198,8 @@ impl<H: Hardware> Stepper<H> {
             period: 1,
             period_part: 0,
             early: 0,
-            now: 0,
             next: 0,
+            wait: 0,
             queue: Deque::new(),
             dealt: 0,
             block_start: [0; AXES],
@@ -220,12 +221,11 @@ impl<H: Hardware> Stepper<H> {
     // Where it is inlined into an interrupt with work of its own, registers run out and each step costs more.
     #[inline(never)]
     pub fn tick(&mut self) -> u32 {
-        self.now = self.next;
-        self.hardware.set_time(self.now);
+        self.hardware.set_time(self.next);
         let wait = if H::TICK_ENDS_PULSE && self.in_pulse {
             self.hardware.end_step();
             self.in_pulse = false;
-            let wait = if self.left > 0 { self.wait() } else { self.load() };
+            let wait = if self.left > 0 { self.period() } else { self.load() };
             // What is loaded after a step counts from its rising edge.
             wait.saturating_sub(self.pulse).max(1)
         } else if self.left > 0 {
@@ -235,20 +235,21 @@ impl<H: Hardware> Stepper<H> {
                 self.in_pulse = true;
                 self.pulse
             } else if self.left > 0 {
-                self.wait()
+                self.period()
             } else {
                 self.load()
             }
         } else {
             self.load()
         };
-        self.next = self.now + u64::from(wait);
+        self.next += u64::from(wait);
+        self.wait = wait;
         wait
     }
 
     /// Ticks from this step event to the next.
     #[inline(always)]
-    fn wait(&mut self) -> u32 {
+    fn period(&mut self) -> u32 {
         let (early, carry) = self.early.overflowing_add(self.period_part);
         self.early = early;
         // Below u32::MAX: see `begin`.
@@ -258,7 +259,7 @@ impl<H: Hardware> Stepper<H> {
     /// Time of the last tick, in ticks since the start.
     #[must_use]
     pub fn now(&self) -> u64 {
-        self.now
+        self.next - u64::from(self.wait)
     }
 
     /// Time at which the next tick is due, in ticks since the start.
@@ -288,7 +289,7 @@ impl<H: Hardware> Stepper<H> {
     fn load(&mut self) -> u32 {
         if self.stepping {
             self.stepping = false;
-            self.idle_since = self.now;
+            self.idle_since = self.next;
             self.drawn.lines = self.drawn.lines.wrapping_add(u32::from(self.lines));
             self.drawn.number = 0;
         }
@@ -303,7 +304,7 @@ impl<H: Hardware> Stepper<H> {
             match command {
                 Command::Steps(segment) => {
                     self.begin(&segment);
-                    return self.wait();
+                    return self.period();
                 }
                 Command::Pen(pen) => {
                     self.ramp = Some(Ramp::new(self.pen, pen, self.pen_motion));
@@ -378,7 +379,7 @@ impl<H: Hardware> Stepper<H> {
 
     /// Releases the motors when their time has come.
     fn idle(&mut self) -> u32 {
-        let due = self.idle_delay.is_some_and(|delay| self.now.saturating_sub(self.idle_since) >= u64::from(delay));
+        let due = self.idle_delay.is_some_and(|delay| self.next.saturating_sub(self.idle_since) >= u64::from(delay));
         if due && self.motors_on {
             self.motors_on = false;
             self.hardware.enable_motors(false);

@@ -1,14 +1,14 @@
 //! What the step interrupt costs: a machine of its own, which makes steps of two axes while the clock counts.
 //!
 //! In QEMU with `-icount shift=5` an instruction takes 32 ns and a count of the clock 40 ns, so that a sum of counts tells instructions. Counted is
-//! [`Stepper::tick`] from call to return, with a hardware that stores a word a step, as a port of pins would; what the reading of the clock costs is taken off.
+//! [`Stepper::tick`] from call to return, with a hardware that stores a word a step to the register of a port of pins; what the reading of the clock costs is taken off.
 
 use core::fmt;
 use core::hint::black_box;
 
 use penvis_firmware::{Axes, Controller, Hardware, Pen, Settings, StepSink, Stepper};
 
-use super::registers::CLOCK;
+use super::registers::{CLOCK, GPIO0};
 
 /// Counts of the clock, each of 40 ns, in instructions of 32 ns.
 const COUNT_NS: u64 = 40;
@@ -56,10 +56,9 @@ pub(crate) fn step() -> Cost {
     Cost { whole: measure::<false>(), halves: measure::<true>() }
 }
 
-/// A port of pins: each set of axes has its word, and one store makes its steps.
+/// A port of pins: each set of axes has its word, and one store to the register makes its steps.
 struct Port<const TICK_ENDS_PULSE: bool> {
     words: [u32; 8],
-    pins: u32,
 }
 
 impl<const TICK_ENDS_PULSE: bool> Hardware for Port<TICK_ENDS_PULSE> {
@@ -67,15 +66,15 @@ impl<const TICK_ENDS_PULSE: bool> Hardware for Port<TICK_ENDS_PULSE> {
     const TICK_ENDS_PULSE: bool = TICK_ENDS_PULSE;
 
     fn set_directions(&mut self, negative: Axes) {
-        self.pins = black_box(negative.bits().into());
+        GPIO0.set(negative.bits().into());
     }
 
     fn step(&mut self, axes: Axes) {
-        self.pins = black_box(self.words[usize::from(axes.bits() & 7)]);
+        GPIO0.set(self.words[usize::from(axes.bits() & 7)]);
     }
 
     fn end_step(&mut self) {
-        self.pins = black_box(self.words[7] << 16);
+        GPIO0.set(self.words[7] << 16);
     }
 
     fn set_pen(&mut self, _: Pen) {}
@@ -83,7 +82,7 @@ impl<const TICK_ENDS_PULSE: bool> Hardware for Port<TICK_ENDS_PULSE> {
 
 /// A motion, whose ticks that load a segment are told apart: only they take a command out of the queue.
 fn measure<const TICK_ENDS_PULSE: bool>() -> Ticks {
-    let port = Port::<TICK_ENDS_PULSE> { words: [0, 1, 2, 3, 4, 5, 6, 7], pins: 0 };
+    let port = Port::<TICK_ENDS_PULSE> { words: black_box([0, 1, 2, 3, 4, 5, 6, 7]) };
     let mut controller: Controller<4> = Controller::new(Settings::default());
     let mut stepper = Stepper::new(port);
     for &byte in JOB {

@@ -28,6 +28,8 @@ pub(crate) const CLOCK: Timer = Timer(0x4000_1000);
 pub(crate) const UART0: Uart = Uart(0x4000_4000);
 pub(crate) const UART1: Uart = Uart(0x4000_5000);
 pub(crate) const UART2: Uart = Uart(0x4000_6000);
+/// Not modelled by QEMU, which takes what is written to it and forgets that.
+pub(crate) const GPIO0: Gpio = Gpio(0x4001_0000);
 
 fn read(address: usize) -> u32 {
     // SAFETY: only the registers of this file's constants are read, all of which exist and are aligned.
@@ -68,6 +70,19 @@ impl Timer {
 
     pub(crate) fn acknowledge(self) {
         write(self.0 + Self::INTCLEAR, 1);
+    }
+}
+
+/// A port of pins, by its address.
+#[derive(Clone, Copy)]
+pub(crate) struct Gpio(usize);
+
+impl Gpio {
+    const DATAOUT: usize = 0x4;
+
+    /// The levels of all pins, by one store.
+    pub(crate) fn set(self, levels: u32) {
+        write(self.0 + Self::DATAOUT, levels);
     }
 }
 
