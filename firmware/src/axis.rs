@@ -35,6 +35,18 @@ impl Axes {
         self.0 == 0
     }
 
+    /// The axes in both sets.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// The axes of this set that are not in `other`.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// Adds `axis` (0 = X, 1 = Y, 2 = Z); larger indices are ignored.
     pub const fn insert(&mut self, axis: usize) {
         if axis < AXES {

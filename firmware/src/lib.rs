@@ -56,7 +56,7 @@
 //! # Homing and limits
 //!
 //! `$22=1` has the machine start locked until `$H` has found the home switches of the axes in `$44`: towards the ends that `$23` says, at the feeds of `$25` and `$24`, with the
-//! pull-off of `$27`. Then the travel lies below the origin, as in GRBL; `$22=9` makes home the origin instead. `$21` stops at once when a
+//! pull-off of `$27`; Z first, then X and Y together. A pen that hangs on cords (`$500=2`) does not home, since its cords have no ends. Then the travel lies below the origin, as in GRBL; `$22=9` makes home the origin instead. `$21` stops at once when a
 //! switch closes, `$20` refuses targets outside of the travel.
 //!
 //! # Boards
@@ -67,7 +67,7 @@
 //!
 //! # What is different from GRBL
 //!
-//! There is no probe (G38, `$6`): a pen needs none. Axes home one after the other, and stop with deceleration, so that no step is lost. Soft limits (`$20`)
+//! There is no probe (G38, `$6`): a pen needs none. Axes that home stop with deceleration, so that no step is lost. Soft limits (`$20`)
 //! also work without homing: the pen is put at the origin by hand, and the sheet lies in 0..=travel. `~` also resumes a hold that has not yet
 //! come to rest. A start-up line is checked when it is given, and not obeyed before the next start. An open door (0x84) counts as closed when `~` comes. In laser mode (`$32=1`)
 //! changes of the pen ride with the motion, but G0 does not switch it off. From grblHAL come the numbers of what GRBL has not: `$22` bit 3, `$41` (park the pen at a hold), `$44`,

@@ -65,7 +65,7 @@ pub struct Settings {
     pub(crate) laser_mode: bool,
     /// `$41` (as in grblHAL): a hold that has come to rest lifts the pen, and going on puts it down first.
     pub(crate) parking: bool,
-    /// `$44` (as in grblHAL): axes that have a home switch, bits 0 to 2. They home one after the other: Z, X, Y.
+    /// `$44` (as in grblHAL): axes that have a home switch, bits 0 to 2. Z homes first, then X and Y together.
     pub(crate) home_axes: u8,
     /// `$450`: the language from the next start or reset: 0 by the first bytes, 1 G-code, 2 HPGL.
     pub(crate) language: u8,

@@ -57,6 +57,45 @@ fn homing_finds_the_switches() {
     assert_eq!(sim.ask("$HZ"), "error:5\r\n", "it has no switch");
 }
 
+/// First events of a kind: whether an axis stepped, and which.
+fn moved(sim: &Sim, axis: usize) -> impl Iterator<Item = u64> {
+    sim.events().iter().filter_map(move |event| match event {
+        Event::Step { at, delta } if delta[axis] != 0 => Some(*at),
+        _ => None,
+    })
+}
+
+#[test]
+fn x_and_y_home_together_after_z() {
+    let mut sim = homing(&[(44, 7.0), (23, 1.0)]);
+    // Z and Y home upwards, X down.
+    let hardware = sim.machine.hardware_mut();
+    hardware.switches = [Some(-2003), None, None];
+    hardware.upper_switches = [None, Some(1001), Some(500)];
+    sim.send("$H\n");
+    sim.finish();
+    assert_eq!(sim.take(), "ok\r\n");
+    assert_eq!(sim.machine.hardware().position, [-2003 + 160, 1001 - 160, 500 - 160]);
+    sim.send("?");
+    let report = sim.take();
+    assert!(report.starts_with("<Idle|MPos:-428.000,-2.000,-2.000|"), "{report}");
+    let (z, x) = (moved(&sim, 2).last().unwrap(), moved(&sim, 0).next().unwrap());
+    assert!(z < x, "Z is done at {z}, X begins at {x}");
+    // Both at $25: 1001 steps of each at 2000 a second, in the time of one.
+    let first = moved(&sim, 1).next().unwrap();
+    assert_eq!(first, x, "with the same step");
+    let (x, y) = (moved(&sim, 0).nth(900).unwrap(), moved(&sim, 1).nth(900).unwrap());
+    assert_eq!(x, y);
+    assert!(x - first < 500_000, "900 steps take {} µs", x - first);
+}
+
+#[test]
+fn a_hanging_pen_does_not_home_and_says_so() {
+    let mut sim = homing(&[(500, 2.0)]);
+    assert_eq!(sim.ask("$H"), "[MSG:A hanging pen does not home: put it at the origin by hand]\r\nerror:5\r\n");
+    assert_eq!(sim.ask("G1 X1 F600"), "ok\r\n");
+}
+
 #[test]
 fn home_may_be_the_origin() {
     let mut sim = homing(&[(22, 9.0), (20, 1.0)]);
@@ -82,7 +121,7 @@ fn homing_that_fails_locks_the_machine() {
     let mut sim = homing(&[(130, 20.0)]);
     sim.machine.hardware_mut().switches = [None; 3];
     assert_eq!(sim.ask("$H"), format!("ALARM:9\r\n{LOCK}"));
-    assert_eq!(sim.machine.hardware().position, [-30 * 80, 0, 0], "one and a half times the travel");
+    assert_eq!(sim.machine.hardware().position, [-30 * 80, -30 * 80, 0], "one and a half times the lesser travel");
     assert_eq!(sim.ask("G0 X1"), "error:9\r\n");
     // One that stays closed.
     let mut sim = homing(&[]);

@@ -6,6 +6,7 @@ use super::{Controller, Homing, Job, Mode};
 use crate::axis::{AXES, Axes};
 use crate::error::Error;
 use crate::gcode::{interpret, interpret_jog};
+use crate::kinematics::Kinematics;
 use crate::planner::Planner;
 use crate::stepper::StepSink;
 use crate::storage::{Stored, StoredLine};
@@ -207,6 +208,9 @@ impl<const BLOCKS: usize, F: NorFlash> Controller<BLOCKS, F> {
             Some(_) => Axes::NONE,
         };
         if axes.is_empty() {
+            if matches!(self.stored.settings.kinematics(), Kinematics::Hanging(_)) {
+                self.transmitter.text("[MSG:A hanging pen does not home: put it at the origin by hand]");
+            }
             return Err(Error::HomingDisabled);
         }
         if !matches!(self.mode, Mode::Normal | Mode::Alarm) {

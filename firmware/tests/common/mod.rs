@@ -23,6 +23,8 @@ pub(crate) struct Recorder {
     pub(crate) position: [i32; 3],
     /// Steps at and below which the limit switch of an axis is closed.
     pub(crate) switches: [Option<i32>; 3],
+    /// Steps at and above which it is closed.
+    pub(crate) upper_switches: [Option<i32>; 3],
     /// Switches that stay closed whatever the position.
     pub(crate) stuck: Axes,
     pub(crate) events: Vec<Event>,
@@ -54,8 +56,11 @@ impl Hardware for Recorder {
 
     fn limits(&mut self) -> Axes {
         let mut closed = self.stuck;
-        for (axis, at) in self.switches.iter().enumerate() {
-            if at.is_some_and(|at| self.position[axis] <= at) {
+        for axis in 0..3 {
+            let at = self.position[axis];
+            if self.switches[axis].is_some_and(|low| at <= low)
+                || self.upper_switches[axis].is_some_and(|high| at >= high)
+            {
                 closed.insert(axis);
             }
         }
