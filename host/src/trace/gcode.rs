@@ -52,12 +52,15 @@ impl Machine {
 }
 
 impl Machine {
-    /// What may be taken for granted before a job: Marlin reads millimetres, and often knows nothing else. A controller of the
-    /// GRBL kind is asked.
+    /// What may be taken for granted before a job: Marlin reads millimetres, and often knows nothing else, and absolute coordinates
+    /// unless it is told otherwise; its place at the ends of strokes shows whether that is so. A controller of the GRBL kind is
+    /// asked.
     #[must_use]
     pub fn before(&self) -> Modal {
-        let units = (self.dialect == Dialect::Marlin).then_some(Units::Millimetres);
-        Modal { units, ..Modal::default() }
+        if self.dialect != Dialect::Marlin {
+            return Modal::default();
+        }
+        Modal { units: Some(Units::Millimetres), distance: Some(Distance::Absolute), ..Modal::default() }
     }
 }
 

@@ -78,6 +78,23 @@ fn a_job_of_which_nothing_is_known_begins_anew() {
 }
 
 #[test]
+fn a_marlin_job_need_not_say_its_units() {
+    let job = "M280 P0 S90\nG4 P200\nG28 X Y\nG0 X10 Y20 F9000\nM400\nM280 P0 S30\nG4 P50\nG1 X30 Y20\nG1 X30 Y40\nM400\nM280 P0 S90\n";
+    let device = find("marlin-servo").unwrap();
+    let whole = crate::resume::Whole::new(job.as_bytes(), &device).unwrap();
+    let rest = whole.rest(8, 0.0, 1);
+    let text = String::from_utf8(rest.job).unwrap();
+    assert_eq!(rest.skipped, 8, "{text:?}");
+    assert!(text.contains("G90\r") && text.contains("\rG0X30Y20F") && !text.contains("G21"), "{text:?}");
+    let whole = crate::resume::Whole::new(format!("G20\n{job}").as_bytes(), &device).unwrap();
+    let text = String::from_utf8(whole.rest(9, 0.0, 1).job).unwrap();
+    assert!(
+        text.contains("G21\rG90\r") && text.contains("\rG0X762Y508F") && text.contains("\rG20\rG1X30Y40"),
+        "{text:?}"
+    );
+}
+
+#[test]
 fn states_are_restored() {
     let table = [
         // Inches, increments, the plane, another origin.
