@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use penvis::device::{self, Device};
-use penvis::protocol::{self, Control, Event, Place, Progress, Protocol};
+use penvis::protocol::{self, Control, Outbox, Place, Progress, Protocol};
 use penvis::sim::{SimName, SimPort};
 use penvis::stream::{self, Clock, Observer};
 
@@ -61,8 +61,8 @@ impl Protocol for Counted<'_> {
         self.bytes.set(self.bytes.get() + output.len());
         output
     }
-    fn take_event(&mut self) -> Option<Event> {
-        self.inner.take_event()
+    fn outbox(&mut self) -> &mut Outbox {
+        self.inner.outbox()
     }
     fn control(&mut self, control: Control, now: Duration) {
         self.inner.control(control, now);

@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::{Finding, Input, Severity, end, is_banner};
-use crate::protocol::grbl::{Job, Turn, error_meaning};
-use crate::protocol::{Control, Event, Fault, Place, Progress, Protocol, Unit};
+use super::{Finding, Severity, end};
+use crate::protocol::grbl::{Job, Turn, error_meaning, is_banner};
+use crate::protocol::{Control, Fault, Input, Outbox, Place, Progress, Protocol, Unit};
 
 /// Time for a banner, for boards that reset when the port is opened.
 const BANNER_WAIT: Duration = Duration::from_secs(2);
@@ -33,8 +33,7 @@ pub struct Check {
     answered: usize,
     refused: Vec<(usize, String)>,
     input: Input,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    outbox: Outbox,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,8 +60,7 @@ impl Check {
             answered: 0,
             refused: Vec::new(),
             input: Input::default(),
-            output: Vec::new(),
-            events: VecDeque::new(),
+            outbox: Outbox::default(),
         }
     }
 
@@ -94,12 +92,11 @@ impl Check {
 
     fn finish(&mut self, result: Result<(), Fault>) {
         self.phase = Phase::Over;
-        self.events.push_back(end(result));
+        self.outbox.tell(end(result));
     }
 
     fn send(&mut self, text: &str, index: Option<usize>) {
-        self.output.extend_from_slice(text.as_bytes());
-        self.output.push(b'\n');
+        self.outbox.line(text);
         self.used += text.len() + 1;
         self.on_the_way.push_back((index, text.len() + 1));
     }
@@ -126,7 +123,7 @@ impl Check {
             self.next += 1;
         }
         if self.on_the_way.is_empty() {
-            self.output.push(RESET);
+            self.outbox.write(&[RESET]);
             self.enter(Phase::Leaving, now);
         }
     }
@@ -186,23 +183,19 @@ impl Protocol for Check {
         }
         if matches!(self.phase, Phase::Entering | Phase::Checking) && now.saturating_sub(self.since) > ANSWER_WAIT {
             let at = self.place();
-            self.output.push(RESET);
+            self.outbox.write(&[RESET]);
             self.finish(Err(Fault::Silent { at, seconds: ANSWER_WAIT.as_secs() }));
         }
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn control(&mut self, control: Control, _now: Duration) {
         if control == Control::Stop && self.phase != Phase::Over {
             let at = self.place();
-            self.output.push(RESET);
+            self.outbox.write(&[RESET]);
             self.finish(Err(Fault::Cancelled { at }));
         }
     }

@@ -107,33 +107,6 @@ impl Repeated {
     }
 }
 
-/// Bytes of the controller as lines, and answers to lines of ours.
-#[derive(Debug, Default)]
-struct Input(Vec<u8>);
-
-impl Input {
-    /// Longest line that is kept; the rest of a longer one is dropped.
-    const MOST: usize = 1024;
-
-    /// Takes a byte; the line that it ends.
-    fn take(&mut self, byte: u8) -> Option<String> {
-        match byte {
-            b'\n' => {
-                let line = std::mem::take(&mut self.0);
-                return Some(String::from_utf8_lossy(&line).trim().to_owned());
-            }
-            _ if self.0.len() < Self::MOST => self.0.push(byte),
-            _ => {}
-        }
-        None
-    }
-}
-
-/// Whether a line of the controller says that it has started anew.
-fn is_banner(line: &str) -> bool {
-    line.starts_with("Grbl ") || line.contains("'$' for help")
-}
-
 /// The event at the end of a conversation.
 fn end(result: Result<(), crate::protocol::Fault>) -> Event {
     match result {

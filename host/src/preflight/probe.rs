@@ -1,10 +1,11 @@
 //! Asks a GRBL controller for its build options and settings.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-use super::{Input, end, is_banner};
-use crate::protocol::{Control, Event, Place, Progress, Protocol, Unit};
+use super::end;
+use crate::protocol::grbl::is_banner;
+use crate::protocol::{Control, Input, Outbox, Place, Progress, Protocol, Unit};
 
 /// Time for all of an answer; a board that was reset by opening the port has a boot loader to run through.
 const ANSWER_WAIT: Duration = Duration::from_secs(2);
@@ -45,7 +46,7 @@ impl Told {
     }
 }
 
-/// A conversation that asks, and sends nothing that moves. It ends in [`Event::Done`] whether it was answered or not.
+/// A conversation that asks, and sends nothing that moves. It ends in [`crate::protocol::Event::Done`] whether it was answered or not.
 #[derive(Debug, Default)]
 pub struct Probe {
     told: Told,
@@ -54,8 +55,7 @@ pub struct Probe {
     times: u32,
     since: Duration,
     input: Input,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    outbox: Outbox,
 }
 
 impl Probe {
@@ -73,11 +73,10 @@ impl Probe {
 
     fn ask(&mut self, now: Duration) {
         let Some(question) = QUESTIONS.get(self.question) else {
-            self.events.push_back(end(Ok(())));
+            self.outbox.tell(end(Ok(())));
             return;
         };
-        self.output.extend_from_slice(question.as_bytes());
-        self.output.push(b'\n');
+        self.outbox.line(question);
         self.times += 1;
         self.since = now;
     }
@@ -132,18 +131,14 @@ impl Protocol for Probe {
         }
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn control(&mut self, control: Control, _now: Duration) {
         if control == Control::Stop && !self.is_over() {
             self.question = QUESTIONS.len();
-            self.events.push_back(end(Err(crate::protocol::Fault::Cancelled { at: self.place() })));
+            self.outbox.tell(end(Err(crate::protocol::Fault::Cancelled { at: self.place() })));
         }
     }
 

@@ -1,11 +1,10 @@
 //! Asks an HPGL plotter for its hard-clip limits (`OH;`), which depend on the paper that is loaded, and holds a job against them.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::{Finding, Severity, end, hpgl, whole};
 use crate::protocol::hpgl::Job;
-use crate::protocol::{Control, Event, Fault, Place, Progress, Protocol, Unit};
+use crate::protocol::{Control, Event, Fault, Input, Outbox, Place, Progress, Protocol, Unit};
 
 /// Time for the answer.
 const ANSWER_WAIT: Duration = Duration::from_secs(2);
@@ -13,8 +12,6 @@ const ANSWER_WAIT: Duration = Duration::from_secs(2);
 const ASK_MAX: u32 = 2;
 /// What a sender before us left half said is forgotten first: a number that was cut off must not be drawn.
 const QUESTION: &[u8] = b"\x1b.R\x1b.KOH;";
-/// Longest answer that is kept.
-const INPUT_MAX: usize = 64;
 
 /// A conversation that asks, and moves nothing. It ends in [`Event::Done`] whether it was answered or not.
 #[derive(Debug, Default)]
@@ -24,9 +21,8 @@ pub struct Window {
     times: u32,
     since: Duration,
     over: bool,
-    input: Vec<u8>,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    input: Input,
+    outbox: Outbox,
 }
 
 impl Window {
@@ -47,7 +43,7 @@ impl Window {
 
     fn end(&mut self, event: Event) {
         self.over = true;
-        self.events.push_back(event);
+        self.outbox.tell(event);
     }
 }
 
@@ -64,14 +60,12 @@ impl Protocol for Window {
             match byte {
                 _ if self.over => {}
                 b'\r' | b'\n' => {
-                    let reply = std::mem::take(&mut self.input);
-                    self.told = corners(&String::from_utf8_lossy(&reply));
+                    self.told = corners(&self.input.end());
                     if self.told.is_some() {
                         self.end(end(Ok(())));
                     }
                 }
-                _ if self.input.len() < INPUT_MAX => self.input.push(byte),
-                _ => {}
+                _ => self.input.push(byte),
             }
         }
     }
@@ -83,17 +77,13 @@ impl Protocol for Window {
         if self.times == ASK_MAX {
             return self.end(end(Ok(())));
         }
-        self.output.extend_from_slice(QUESTION);
+        self.outbox.write(QUESTION);
         self.times += 1;
         self.since = now;
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn control(&mut self, control: Control, _now: Duration) {

@@ -14,10 +14,14 @@ mod dialogue;
 pub mod grbl;
 mod heights;
 pub mod hpgl;
+mod input;
 pub mod marlin;
+mod outbox;
 mod start;
 
 pub use control::Control;
+pub(crate) use input::Input;
+pub use outbox::Outbox;
 pub use start::{Conversation, JobError, start};
 
 /// A conversation with a plotter that sends it one job.
@@ -28,11 +32,18 @@ pub trait Protocol {
     /// Lets time pass: sends what may be sent now, and gives up where an answer is overdue.
     fn tick(&mut self, now: Duration);
 
+    /// What is ready for the caller.
+    fn outbox(&mut self) -> &mut Outbox;
+
     /// Takes the bytes to be written, in order; empty when there are none.
-    fn take_output(&mut self) -> Vec<u8>;
+    fn take_output(&mut self) -> Vec<u8> {
+        self.outbox().take_bytes()
+    }
 
     /// Takes the oldest event; none when nothing has happened.
-    fn take_event(&mut self) -> Option<Event>;
+    fn take_event(&mut self) -> Option<Event> {
+        self.outbox().take_event()
+    }
 
     /// Does what the user wants while the job goes on. What makes no sense now is left aside.
     fn control(&mut self, control: Control, now: Duration);

@@ -13,7 +13,8 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use crate::protocol::{Control, Event, Fault, Place, Progress, Protocol, Unit};
+use crate::protocol::grbl::is_banner;
+use crate::protocol::{Control, Event, Fault, Input, Outbox, Place, Progress, Protocol, Unit};
 
 /// Time from opening the port in which a banner may come.
 const BANNER_WAIT: Duration = Duration::from_secs(2);
@@ -27,8 +28,6 @@ const LINE_MAX: Duration = Duration::from_secs(180);
 const REST_MAX: Duration = Duration::from_secs(1800);
 /// Reports without the offset of the coordinates after which it is taken for unknown: it is in every thirtieth at the least.
 const OFFSET_REPORTS: u32 = 40;
-/// Longest line of the controller that is kept.
-const INPUT_MAX: usize = 1024;
 /// Ends what a sender before us may have left half written, as a line that is refused.
 const SPOIL: &str = "#";
 const STATUS: u8 = b'?';
@@ -55,9 +54,8 @@ pub struct Locate {
     lines: VecDeque<String>,
     settle: Duration,
     baud: u32,
-    input: Vec<u8>,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    input: Input,
+    outbox: Outbox,
     found: Found,
     offset: Option<DVec3>,
     reports: u32,
@@ -96,9 +94,8 @@ impl Locate {
             lines,
             settle: settle + Duration::from_secs(1),
             baud,
-            input: Vec::new(),
-            output: Vec::new(),
-            events: VecDeque::new(),
+            input: Input::default(),
+            outbox: Outbox::default(),
             found: Found::default(),
             offset: None,
             reports: 0,
@@ -124,18 +121,18 @@ impl Locate {
 
     fn fail(&mut self, fault: Fault) {
         self.phase = Phase::Over;
-        self.events.push_back(Event::Failed(fault));
+        self.outbox.tell(Event::Failed(fault));
     }
 
     fn poll(&mut self, now: Duration) {
-        self.output.push(STATUS);
+        self.outbox.write(&[STATUS]);
         self.last_poll = now;
     }
 
     fn line(&mut self, line: &str, now: Duration) {
         if let Some(report) = line.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
             self.report(report, now);
-        } else if line.starts_with("Grbl ") || line.contains("'$' for help") {
+        } else if is_banner(line) {
             self.banner(now);
         } else if let Phase::Lines { spoils } = self.phase {
             if line == "ok" || (spoils && line.starts_with("error:")) {
@@ -203,13 +200,13 @@ impl Locate {
             "Idle" | "Alarm" | "Run" | "Jog" | "Home" => {
                 if state != "Idle" && !self.told && stood.is_zero() {
                     self.told = true;
-                    self.events.push_back(Event::Message(format!("{state}; waiting until it is at rest")));
+                    self.outbox.tell(Event::Message(format!("{state}; waiting until it is at rest")));
                 }
             }
             "Hold" if state.ends_with(":1") => {}
             "Hold" if !self.resets => {
                 self.resets = true;
-                self.output.push(RESET);
+                self.outbox.write(&[RESET]);
                 self.since = now;
             }
             "Hold" => {}
@@ -226,14 +223,13 @@ impl Locate {
             return;
         }
         self.phase = Phase::Over;
-        self.events.push_back(Event::Done);
+        self.outbox.tell(Event::Done);
     }
 
     fn next_line(&mut self, now: Duration) {
         match self.lines.pop_front() {
             Some(line) => {
-                self.output.extend_from_slice(line.as_bytes());
-                self.output.push(b'\n');
+                self.outbox.line(&line);
                 self.enter(Phase::Lines { spoils: line == SPOIL }, now);
             }
             None => {
@@ -260,13 +256,8 @@ impl Protocol for Locate {
             self.last_heard = now;
         }
         for &byte in bytes {
-            match byte {
-                b'\n' => {
-                    let line = std::mem::take(&mut self.input);
-                    self.line(String::from_utf8_lossy(&line).trim(), now);
-                }
-                _ if self.input.len() < INPUT_MAX => self.input.push(byte),
-                _ => {}
+            if let Some(line) = self.input.take(byte) {
+                self.line(&line, now);
             }
         }
         self.tick(now);
@@ -296,19 +287,15 @@ impl Protocol for Locate {
         }
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn control(&mut self, control: Control, _now: Duration) {
         if control == Control::Stop && self.phase != Phase::Over {
             if matches!(self.phase, Phase::Lines { .. }) {
                 // Homing is broken off; nothing else is under way.
-                self.output.push(RESET);
+                self.outbox.write(&[RESET]);
             }
             let at = self.place();
             self.fail(Fault::Cancelled { at });

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Rest;
-use crate::protocol::{Control, Event, Place, Progress, Protocol};
+use crate::protocol::{Control, Event, Outbox, Place, Progress, Protocol};
 
 /// Sends the rest of a job. Messages name pieces as the whole job counts them; progress stays in pieces of what is sent.
 ///
@@ -37,8 +37,8 @@ impl Protocol for Renumbered {
         self.inner.tick(now);
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        self.inner.take_output()
+    fn outbox(&mut self) -> &mut Outbox {
+        self.inner.outbox()
     }
 
     fn take_event(&mut self) -> Option<Event> {

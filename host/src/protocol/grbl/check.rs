@@ -15,7 +15,8 @@ use std::time::Duration;
 use super::plan::is_dwell;
 use super::report::{self, Place, Status};
 use super::{BARRIER, Event, Fault, Grbl, Phase, Protocol, QUERY, Sent, What, explain, refused};
-use crate::trace::gcode::{Distance, Modal};
+use crate::emit::decimal;
+use crate::trace::gcode::{Distance, Modal, Units};
 
 /// The `ok` of a `$G` follows its answer at once; after this time it is taken for lost.
 const OK_WAIT: Duration = Duration::from_secs(1);
@@ -39,6 +40,8 @@ const REPORT_ROUNDING: f64 = 0.0005;
 const STEP_COARSE: f64 = 0.05;
 /// Half the last digit of what is sent in differences, mm, twice: the model stays so near to the job.
 const SENT_ROUNDING: f64 = 0.001;
+/// Decimals of a feed that is sent again, in mm/min or inches/min.
+const FEED_DECIMALS: usize = 3;
 /// Relative error of a number that is read in floats of 32 bits, each digit by itself.
 const FLOAT_ERROR: f64 = 2.4e-7;
 
@@ -57,6 +60,8 @@ pub(super) struct Checking {
     misses: u32,
     /// Whether the lines of the pen were repeated.
     repeated: bool,
+    /// Whether the feed was sent again.
+    feed_sent: bool,
     /// Whether the place was seen to be right already.
     placed: bool,
     without_origin: u32,
@@ -93,6 +98,7 @@ impl Grbl {
             asked: 0,
             misses: 0,
             repeated: false,
+            feed_sent: false,
             placed: false,
             without_origin: 0,
             origins_told: self.told.origins_told,
@@ -312,6 +318,13 @@ impl Grbl {
                 Fault::Garbled { at, wanted, found }
             });
         }
+        if let Some((wanted_feed, found_feed)) = report::feed_difference(&wanted, &found, self.told.unit_mm)
+            && !self.told.other_feed
+            && !self.feed_is_other(&wanted, wanted_feed, found_feed, now)
+        {
+            return;
+        }
+        let Some(checking) = &mut self.checking else { return };
         checking.misses = 0;
         let short = self.watch.short_dwell.take().filter(|dwell| *dwell >= check.pen_lines);
         if let Some(dwell) = short.filter(|_| self.watch.dwells_repeated < DWELL_REPEATS) {
@@ -330,6 +343,42 @@ impl Grbl {
             return self.finish_check(now);
         }
         self.ask_place(now);
+    }
+
+    /// The feed (mm/min) is not that of the job: it is set again. What has been drawn is where it must be, so this is no reason to
+    /// stop. False if an answer is to be waited for.
+    fn feed_is_other(&mut self, state: &Modal, wanted: f64, found: f64, now: Duration) -> bool {
+        let (first, last) = (self.plan.start(self.part), self.plan.check(self.part).map_or(0, |check| check.end));
+        let lines = [first, last.saturating_sub(1)].map(|line| self.place_of(line).number);
+        let Some(checking) = &mut self.checking else { return false };
+        checking.misses += 1;
+        if checking.misses == 1 {
+            // The report itself may have been changed on the way.
+            self.ask_again(now);
+            return false;
+        }
+        let text = if checking.feed_sent {
+            self.told.other_feed = true;
+            format!(
+                "the plotter tells a feed of {found:.0} mm/min where {wanted:.0} was sent; its feed is not verified"
+            )
+        } else {
+            checking.feed_sent = true;
+            checking.misses = 0;
+            let feed = decimal(wanted / state.units.map_or(1.0, Units::mm), FEED_DECIMALS);
+            checking.queue.extend([(format!("F{feed}"), What::Errand), (QUERY.to_owned(), What::Query)]);
+            format!(
+                "the plotter took a feed of {found:.0} and not {wanted:.0} mm/min in lines {} to {}: a byte was lost or changed on the \
+                 line; what they drew is in its place, but was drawn at the wrong speed, and the feed is set again",
+                lines[0], lines[1]
+            )
+        };
+        self.outbox.tell(Event::Message(text));
+        if self.told.other_feed {
+            return true;
+        }
+        self.advance_check(now);
+        false
     }
 
     /// Sends the lines that move the pen again, once; fails if they cannot be.
@@ -366,7 +415,7 @@ impl Grbl {
             checking.without_origin += 1;
             if checking.without_origin > WITHOUT_ORIGIN_MAX && !early {
                 let text = "the plotter does not tell where it is; its place is not verified";
-                self.events.push_back(Event::Message(text.to_owned()));
+                self.outbox.tell(Event::Message(text.to_owned()));
                 return self.finish_check(now);
             }
             checking.asked = 0;
@@ -482,7 +531,7 @@ impl Grbl {
         self.part += 1;
         if check.end >= self.job.lines().len() {
             self.phase = Phase::Over;
-            self.events.push_back(Event::Done);
+            self.outbox.tell(Event::Done);
         } else if self.pausing && check.pen_down == Some(false) {
             self.park();
         } else {

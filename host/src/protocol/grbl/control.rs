@@ -43,7 +43,7 @@ impl Grbl {
     pub(super) fn park(&mut self) {
         self.pausing = false;
         self.hold = Some(Hold::Parked);
-        self.events.push_back(Event::Paused);
+        self.outbox.tell(Event::Paused);
     }
 
     /// Stops at once, unless the job waits for its user anyway.
@@ -96,7 +96,7 @@ impl Grbl {
             }
             Some(Hold::Parked) => {
                 self.hold = None;
-                self.events.push_back(Event::Resumed);
+                self.outbox.tell(Event::Resumed);
             }
             Some(_) => {
                 self.hold = Some(Hold::Leaving);

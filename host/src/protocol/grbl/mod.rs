@@ -22,7 +22,9 @@ mod control;
 mod explain;
 mod job;
 mod plan;
+mod replies;
 mod report;
+mod told;
 mod watch;
 
 use std::collections::VecDeque;
@@ -31,15 +33,18 @@ use std::time::Duration;
 pub use job::{Job, JobError, Line, Turn};
 pub(crate) use job::{clean, without_pause, words};
 pub(crate) use plan::is_dwell;
+pub(crate) use replies::{error_meaning, is_banner};
 
 use super::heights::Heights;
-use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
+use super::{Control, Event, Fault, Input, Outbox, Place, Progress, Protocol, Unit};
 use crate::device::Streaming;
 use crate::trace::Position;
 use crate::trace::gcode::{Machine, Modal, follow};
 use check::Checking;
 use control::Hold;
 use plan::{Model, Plan};
+use replies::refused;
+use told::Told;
 use watch::Watch;
 
 /// Time from opening the port in which a banner may come: boards that reset have a boot loader to run through.
@@ -56,8 +61,6 @@ const HOLD_WAIT: Duration = Duration::from_secs(5);
 const RESET_WAIT: Duration = Duration::from_secs(3);
 /// Receive buffer when neither the controller nor the profile tells another size: GRBL's own.
 pub const RX_BYTES: usize = 128;
-/// Longest line of the controller that is kept; the rest of a longer one is dropped.
-const INPUT_MAX: usize = 1024;
 
 const HOLD: u8 = b'!';
 const RESUME: u8 = b'~';
@@ -102,9 +105,8 @@ pub struct Grbl {
     /// When the phase began.
     since: Duration,
     /// Bytes of the line that is being received.
-    input: Vec<u8>,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    input: Input,
+    outbox: Outbox,
     /// Bytes that may be on the way: one less than the receive buffer.
     rx_limit: usize,
     on_the_way: VecDeque<Sent>,
@@ -179,29 +181,6 @@ enum What {
     Ghost,
 }
 
-/// What the controller tells of itself before and while it draws.
-#[derive(Clone, Debug, Default)]
-struct Told {
-    /// Its state before the job; none if it does not answer `$G`, and then nothing can be verified.
-    modal: Option<Modal>,
-    /// Steps/mm of the axes ($100 to $102).
-    steps_per_mm: [Option<f64>; 3],
-    /// Millimetres in a unit of reports ($13).
-    unit_mm: f64,
-    /// Blocks of the planner.
-    blocks: Option<usize>,
-    /// Times that `$G` was asked before the job.
-    asked: u32,
-    /// `WCO`, in mm.
-    origin: Option<[f64; 3]>,
-    /// Another one that was told once since.
-    other_origin: Option<[f64; 3]>,
-    /// How often it was told.
-    origins_told: u32,
-    /// Whether it computes positions with 64 bits.
-    double: bool,
-}
-
 impl Grbl {
     /// A conversation that has not begun. The port is opened at time 0.
     #[must_use]
@@ -215,9 +194,8 @@ impl Grbl {
             options,
             phase: Phase::Greeting,
             since: Duration::ZERO,
-            input: Vec::new(),
-            output: Vec::new(),
-            events: VecDeque::new(),
+            input: Input::default(),
+            outbox: Outbox::default(),
             on_the_way: VecDeque::new(),
             used: 0,
             used_max: 0,
@@ -265,7 +243,7 @@ impl Grbl {
 
     fn fail(&mut self, fault: Fault) {
         self.phase = Phase::Over;
-        self.events.push_back(Event::Failed(fault));
+        self.outbox.tell(Event::Failed(fault));
     }
 
     /// Stops the motion, then fails: `!`, and in [`tick`](Protocol::tick) the rest.
@@ -280,7 +258,7 @@ impl Grbl {
     }
 
     fn realtime(&mut self, byte: u8) {
-        self.output.push(byte);
+        self.outbox.write(&[byte]);
     }
 
     fn ask_status(&mut self, now: Duration) {
@@ -290,8 +268,7 @@ impl Grbl {
     }
 
     fn send(&mut self, text: &str, what: What, now: Duration) {
-        self.output.extend_from_slice(text.as_bytes());
-        self.output.push(b'\n');
+        self.outbox.line(text);
         let bytes = text.len() + 1;
         self.used += bytes;
         self.used_max = self.used_max.max(self.used);
@@ -311,139 +288,10 @@ impl Grbl {
         self.used = 0;
     }
 
-    /// Takes one line of the controller.
-    fn line(&mut self, line: &str, now: Duration) {
-        let after = |prefix: &str| line.strip_prefix(prefix);
-        if let Some(at) = hidden_fault(line) {
-            self.unknown = self.unknown.saturating_add(1);
-            return self.line(line.get(at..).unwrap_or_default(), now);
-        }
-        if line == "ok" {
-            self.answer(None, now);
-        } else if let Some(code) = after("error:") {
-            self.answer(Some(code.trim()), now);
-        } else if let Some(code) = after("ALARM:") {
-            self.alarm(code.trim());
-        } else if line.starts_with('<') {
-            match report::status(line) {
-                Some(status) => self.status(&status, now),
-                None => self.unknown += 1,
-            }
-        } else if line.starts_with("[GC:") {
-            match report::modal(line) {
-                Some(modal) => self.modal(modal, now),
-                None => self.unknown += 1,
-            }
-        } else if let Some(rest) = after("[OPT:") {
-            self.build_options(rest.trim_end_matches(']'));
-        } else if let Some(version) = after("[VER:") {
-            // Our own firmware; every other one computes with floats of 32 bits.
-            self.told.double |= version.contains("penvis");
-        } else if let Some(message) = after("[MSG:") {
-            self.events.push_back(Event::Message(message.trim_end_matches(']').to_owned()));
-        } else if let Some((number, value)) = after("$").and_then(|rest| rest.split_once('=')) {
-            self.setting(number, value);
-        } else if line.starts_with("Grbl ") || line.contains("'$' for help") {
-            self.banner(now);
-        } else if !(line.is_empty() || line.starts_with(['[', '>', '$'])) {
-            // Noise, or the words of another dialect. Start-up lines print `>…:ok`; they are no answer to a line of ours either.
-            self.unknown = self.unknown.saturating_add(1);
-        }
-    }
-
-    fn setting(&mut self, number: &str, value: &str) {
-        // Descriptions may follow.
-        let value = value.split_whitespace().next().and_then(|value| value.parse::<f64>().ok());
-        let (Phase::Probing, Ok(number), Some(value)) = (self.phase, number.parse::<u32>(), value) else { return };
-        match number {
-            13 if value == 1.0 => self.told.unit_mm = 25.4,
-            32 if value == 1.0 && self.options.servo => self.fail(Fault::LaserMode),
-            100..=102 if value > 0.0 => {
-                if let Some(slot) = self.told.steps_per_mm.get_mut(number as usize - 100) {
-                    *slot = Some(value);
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// The oldest line on the way is answered.
-    fn answer(&mut self, error: Option<&str>, now: Duration) {
-        self.watch.answered(now);
-        let Some(sent) = self.on_the_way.pop_front() else { return self.answered_nothing(error, now) };
-        self.used -= sent.bytes;
-        let What::Line(index) = sent.what else {
-            return self.errand_answered(sent.what, error, now);
-        };
-        let Some(code) = error else {
-            self.answered = self.answered.max(index + 1);
-            self.at_rest = false;
-            return self.line_taken(index, sent.at, now);
-        };
-        if self.fault.is_none() {
-            self.stop(refused(self.place_of(index), code), now);
-        }
-    }
-
-    fn errand_answered(&mut self, what: What, error: Option<&str>, now: Duration) {
-        match (what, error) {
-            // A controller may not know a probe of ours; that is no fault of the job.
-            (What::Errand | What::Line(_), _) => {}
-            (What::Ghost, _) => self.ghost_answered(error, now),
-            (What::Query, _) => self.query_answered(error, now),
-            (What::Barrier, Some(code)) if self.fault.is_none() && self.phase == Phase::Streaming => {
-                self.stop(refused(self.place(), code), now);
-            }
-            (What::Barrier, Some(_)) => {}
-            (What::Barrier, None) => self.barrier_answered(now),
-        }
-    }
-
-    fn alarm(&mut self, code: &str) {
-        if self.phase == Phase::Over {
-            return;
-        }
-        let meaning = code.parse().map_or("in the controller's own words", codes::alarm);
-        let fault = Fault::Alarm { at: self.place(), code: code.to_owned(), meaning };
-        // Empties the buffers, and a hard limit lets nothing else through; the lock stays on.
-        self.realtime(RESET);
-        // Where a line was refused first, or the user stopped the job, that is the reason.
-        let fault = self.fault.take().unwrap_or(fault);
-        self.fail(fault);
-    }
-
-    fn banner(&mut self, now: Duration) {
-        self.forget_on_the_way();
-        match self.phase {
-            // The boot of a board that was reset by opening the port; what was asked before is lost.
-            Phase::Greeting | Phase::Asking { .. } | Phase::Probing => self.ask(1, now),
-            Phase::Resetting => {
-                self.errands = self.options.lift.iter().map(|line| self.heights.rewritten(line)).collect();
-                self.enter(Phase::Lifting, now);
-            }
-            Phase::Streaming => {
-                let at = self.place();
-                self.fail(Fault::Restarted { at });
-            }
-            Phase::Holding | Phase::Lifting => self.finish_stopping(),
-            Phase::Over => {}
-        }
-    }
-
     fn ask(&mut self, asked: u32, now: Duration) {
         self.errands.clear();
         self.ask_status(now);
         self.enter(Phase::Asking { asked }, now);
-    }
-
-    fn build_options(&mut self, rest: &str) {
-        // [OPT:V,15,128]: letters, planner blocks, receive buffer. FluidNC leaves the numbers out.
-        let mut told = rest.split(',').skip(1).map(|number| number.trim().parse::<usize>().ok());
-        let (blocks, bytes) = (told.next().flatten(), told.next().flatten());
-        if let (Phase::Probing, Some(bytes @ 2..)) = (self.phase, bytes) {
-            self.rx_limit = bytes - 1;
-            self.told.blocks = blocks;
-        }
     }
 
     /// Probes are answered: the job begins, with what is known now.
@@ -455,7 +303,7 @@ impl Grbl {
         }
         let verified = self.told.modal.is_some();
         if !verified {
-            self.events.push_back(Event::Message(UNVERIFIED.to_owned()));
+            self.outbox.tell(Event::Message(UNVERIFIED.to_owned()));
         }
         // Where the pen is must be told by the job, so that it is verified before anything moves.
         let told = self.told.modal.clone().unwrap_or_default();
@@ -525,7 +373,7 @@ impl Grbl {
             }
             if let Turn::Pause(comment) = turn {
                 // The pause is ours, not the controller's: a byte of `M0` that is changed on the way must not drop it.
-                self.events.push_back(Event::Prompt(comment.clone()));
+                self.outbox.tell(Event::Prompt(comment.clone()));
                 self.pause = Some(comment);
                 return;
             }
@@ -553,37 +401,14 @@ impl Grbl {
     }
 }
 
-/// Where an error or an alarm begins behind something else: the line end before it was lost.
-fn hidden_fault(line: &str) -> Option<usize> {
-    let whole = line.starts_with('>') || line.ends_with([']', '>']);
-    let at = line.rfind("error:").max(line.rfind("ALARM:"))?;
-    (at > 0 && !whole).then_some(at)
-}
-
-/// The controller's answer to a line of the job, or to the barrier at its end.
-fn refused(at: Place, code: &str) -> Fault {
-    Fault::Refused { at, code: code.to_owned(), meaning: error_meaning(code) }
-}
-
-/// What an `error:` means.
-pub(crate) fn error_meaning(code: &str) -> &'static str {
-    code.parse().map_or("in the controller's own words", codes::error)
-}
-
 impl Protocol for Grbl {
     fn receive(&mut self, bytes: &[u8], now: Duration) {
         if !bytes.is_empty() {
             self.watch.last_heard = now;
         }
         for &byte in bytes {
-            match byte {
-                b'\n' => {
-                    let line = std::mem::take(&mut self.input);
-                    let line = String::from_utf8_lossy(&line);
-                    self.line(line.trim(), now);
-                }
-                _ if self.input.len() < INPUT_MAX => self.input.push(byte),
-                _ => {}
+            if let Some(line) = self.input.take(byte) {
+                self.line(&line, now);
             }
         }
         self.tick(now);
@@ -640,12 +465,8 @@ impl Protocol for Grbl {
         }
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn control(&mut self, control: Control, now: Duration) {

@@ -63,7 +63,7 @@ fn started(gcode: &str) -> (Grbl, u64) {
     );
     let out = grbl.take_output();
     assert!(out.starts_with(b"?#\n$I\n$$\n$G\n$G\n$G\n"), "{:?}", String::from_utf8_lossy(&out));
-    grbl.output = out[b"?#\n$I\n$$\n$G\n$G\n$G\n".len()..].to_vec();
+    grbl.outbox.write(&out[b"?#\n$I\n$$\n$G\n$G\n$G\n".len()..]);
     (grbl, at)
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::report::{Place, Status};
-use super::{Event, Fault, Grbl, Hold, Phase, Protocol, QUERY, SILENCE_MAX, Told, Turn, What, codes};
+use super::{Event, Fault, Grbl, Hold, Phase, Protocol, QUERY, SILENCE_MAX, Turn, What, codes};
 
 /// Time between status requests: five a second is the most that does not hold up the controller.
 const POLL_INTERVAL: Duration = Duration::from_millis(250);
@@ -75,46 +75,6 @@ impl Watch {
     }
 }
 
-impl Told {
-    /// The place of the job's origin is told. A report may be mangled: another place than before is believed when it is told
-    /// again, or when it explains where the machine is.
-    fn origin_told(&mut self, origin: [f64; 3]) {
-        let origin = origin.map(|value| value * self.unit_mm);
-        if self.origin.is_none_or(|known| known == origin) || self.other_origin == Some(origin) {
-            self.origin = Some(origin);
-            self.other_origin = None;
-        } else {
-            self.other_origin = Some(origin);
-        }
-        self.origins_told = self.origins_told.saturating_add(1);
-    }
-
-    /// Takes the other origin for the right one.
-    pub(super) fn take_other_origin(&mut self) {
-        self.origin = self.other_origin.take().or(self.origin);
-    }
-
-    /// Where the machine is from the job's origin, mm; none while the report does not tell, or the origin is not known.
-    pub(super) fn place(&self, status: &Status) -> Option<[f64; 3]> {
-        self.place_from(status, self.origin)
-    }
-
-    /// The same, if the other origin is the right one.
-    pub(super) fn other_place(&self, status: &Status) -> Option<[f64; 3]> {
-        self.place_from(status, Some(self.other_origin?))
-    }
-
-    fn place_from(&self, status: &Status, origin: Option<[f64; 3]>) -> Option<[f64; 3]> {
-        match status.position? {
-            Place::Work(at) => Some(at.map(|value| value * self.unit_mm)),
-            Place::Machine(at) => {
-                let origin = origin?;
-                Some([0, 1, 2].map(|axis| at[axis] * self.unit_mm - origin[axis]))
-            }
-        }
-    }
-}
-
 impl Grbl {
     pub(super) fn status(&mut self, status: &Status, now: Duration) {
         if let Some(origin) = status.offset {
@@ -174,11 +134,11 @@ impl Grbl {
         match self.hold {
             Some(Hold::Slowing) if held && detail != "1" => {
                 self.hold = Some(Hold::AtRest);
-                self.events.push_back(Event::Paused);
+                self.outbox.tell(Event::Paused);
             }
             Some(Hold::Leaving) if !held => {
                 self.hold = None;
-                self.events.push_back(Event::Resumed);
+                self.outbox.tell(Event::Resumed);
             }
             _ => {}
         }
@@ -188,7 +148,7 @@ impl Grbl {
         // Somebody has pressed a button or opened the door.
         if held || name == "Door" {
             if self.watch.held_since.is_none() {
-                self.events.push_back(Event::Message(format!("{name}; the job goes on when the plotter is resumed")));
+                self.outbox.tell(Event::Message(format!("{name}; the job goes on when the plotter is resumed")));
                 self.watch.held_since = Some(now);
             }
         } else {

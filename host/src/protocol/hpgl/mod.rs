@@ -23,13 +23,12 @@ mod probe;
 mod replies;
 mod words;
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 pub(crate) use flow::RESERVE;
 pub use job::{Job, JobError};
 
-use super::{Control, Event, Fault, Lines, Place, Progress, Protocol, Unit};
+use super::{Control, Event, Fault, Input, Lines, Outbox, Place, Progress, Protocol, Unit};
 use crate::device::Handshake;
 use answers::{Answers, Verdict};
 use flow::Flow;
@@ -54,8 +53,6 @@ const POLLS_PER_STATUS: u32 = 20;
 const REPEAT_AFTER: [Duration; 3] = [Duration::from_secs(10), Duration::from_secs(60), Duration::from_secs(200)];
 /// Time without any progress after which the plotter is given up.
 const PROGRESS_MAX: Duration = Duration::from_secs(600);
-/// Longest reply that is kept.
-const INPUT_MAX: usize = 256;
 
 const XON: u8 = 0x11;
 const XOFF: u8 = 0x13;
@@ -112,9 +109,8 @@ pub struct Hpgl {
     /// When the plotter was asked for room for a block.
     enquired: Option<Duration>,
     pause: Option<Pause>,
-    input: Vec<u8>,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    input: Input,
+    outbox: Outbox,
     /// Instructions that the plotter has, and those that are carried out.
     received: usize,
     executed: usize,
@@ -143,7 +139,7 @@ impl Hpgl {
     #[must_use]
     pub fn new(job: Job, options: Options) -> Self {
         let flow = Flow::new(options.buffer_bytes, options.baud);
-        let mut hpgl = Self {
+        Self {
             job,
             phase: Phase::Probing(Probe::Begin),
             words: Words::new(Self::limits(&options, options.buffer_bytes, Handshake::Oa, Ask::Place)),
@@ -162,15 +158,12 @@ impl Hpgl {
             wired: Lines::default(),
             enquired: None,
             pause: None,
-            input: Vec::new(),
-            output: Vec::new(),
-            events: VecDeque::new(),
+            input: Input::default(),
+            outbox: Outbox::default(),
             received: 0,
             executed: 0,
             tells_errors: false,
-        };
-        hpgl.input.reserve(INPUT_MAX);
-        hpgl
+        }
     }
 
     /// The handshake that is spoken; the one asked for while that is not known.
@@ -190,7 +183,7 @@ impl Hpgl {
     }
 
     fn put(&mut self, bytes: &[u8], now: Duration) {
-        self.output.extend_from_slice(bytes);
+        self.outbox.write(bytes);
         self.flow.send(bytes.len(), now);
     }
 
@@ -201,13 +194,13 @@ impl Hpgl {
     fn fail(&mut self, fault: Fault) {
         self.phase = Phase::Over;
         self.asked = None;
-        self.events.push_back(Event::Failed(fault));
+        self.outbox.tell(Event::Failed(fault));
     }
 
     /// Aborts what the plotter has in its buffer, and fails.
     fn abort(&mut self, fault: Fault) {
-        self.output.clear();
-        self.output.extend_from_slice(ABORT);
+        self.outbox.discard_bytes();
+        self.outbox.write(ABORT);
         self.fail(fault);
     }
 
@@ -281,7 +274,7 @@ impl Hpgl {
         match self.pause {
             Some(Pause::Wanted) if self.words.may_rest() => {
                 self.pause = Some(Pause::AtRest);
-                self.events.push_back(Event::Paused);
+                self.outbox.tell(Event::Paused);
             }
             Some(Pause::AtRest) => self.goes_on(now),
             _ if self.words.peek(&self.job).is_none() => {
@@ -311,7 +304,7 @@ impl Hpgl {
                 if self.flow.granted() < bytes
                     && self.enquired.is_none_or(|since| now.saturating_sub(since) > ENQUIRE_INTERVAL) =>
             {
-                self.output.push(ENQ);
+                self.outbox.write(&[ENQ]);
                 self.enquired = Some(now);
             }
             _ if self.flow.has_room(bytes) => {}
@@ -379,7 +372,7 @@ impl Hpgl {
         self.phase = Phase::Over;
         self.asked = None;
         self.executed = self.job.instructions().len();
-        self.events.push_back(Event::Done);
+        self.outbox.tell(Event::Done);
     }
 
     fn pause(&mut self) {
@@ -391,7 +384,7 @@ impl Hpgl {
     fn resume(&mut self, now: Duration) {
         if self.pause.take() == Some(Pause::AtRest) {
             self.goes_on(now);
-            self.events.push_back(Event::Resumed);
+            self.outbox.tell(Event::Resumed);
         }
     }
 }
@@ -401,18 +394,15 @@ impl Protocol for Hpgl {
         for &byte in bytes {
             match byte {
                 b'\r' | b'\n' => {
-                    let reply = std::mem::take(&mut self.input);
-                    let reply = String::from_utf8_lossy(&reply);
-                    let reply = reply.trim();
+                    let reply = self.input.end();
                     if !reply.is_empty() {
-                        self.reply(reply, now);
+                        self.reply(&reply, now);
                     }
                 }
                 XON => self.line_went_on(now),
                 XOFF => self.line_stopped(now),
                 ACK => self.block_granted(now),
-                _ if self.input.len() < INPUT_MAX => self.input.push(byte),
-                _ => {}
+                _ => self.input.push(byte),
             }
         }
         self.tick(now);
@@ -437,12 +427,8 @@ impl Protocol for Hpgl {
         }
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn watches_lines(&self) -> bool {

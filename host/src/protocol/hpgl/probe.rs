@@ -125,7 +125,7 @@ impl Hpgl {
     fn probe_enq(&mut self, now: Duration) {
         let setup = format!("\x1b.H{};5;6:", self.flow.block());
         self.put(setup.as_bytes(), now);
-        self.output.push(ENQ);
+        self.outbox.write(&[ENQ]);
         self.enquired = Some(now);
         self.enter(Probe::Enq, now);
     }
@@ -150,7 +150,7 @@ impl Hpgl {
             Handshake::Hardware => "\x1b.@;1:".to_owned(),
             Handshake::EscB | Handshake::Oa | Handshake::Auto => String::new(),
         };
-        self.output.extend_from_slice(setup.as_bytes());
+        self.outbox.write(setup.as_bytes());
     }
 
     /// A question was answered with a number.
@@ -204,7 +204,7 @@ impl Hpgl {
         if !same {
             let told: String = reply.chars().filter(|c| !c.is_control()).take(40).collect();
             let text = format!("it calls itself `{told}`, and the job is sent as for `{name}` (--device)");
-            self.events.push_back(Event::Message(text));
+            self.outbox.tell(Event::Message(text));
         }
     }
 

@@ -82,7 +82,7 @@ impl Hpgl {
     }
 
     fn put_question(&mut self, asked: Asked) {
-        self.output.extend_from_slice(asked.question.bytes());
+        self.outbox.write(asked.question.bytes());
         self.asked = Some(asked);
     }
 
@@ -220,7 +220,7 @@ impl Hpgl {
     fn status(&mut self, bits: u32, now: Duration) {
         for (bit, message) in codes::HALTS {
             if bits & bit != 0 && self.told & bit == 0 {
-                self.events.push_back(Event::Message(message.to_owned()));
+                self.outbox.tell(Event::Message(message.to_owned()));
             }
         }
         self.told = bits;

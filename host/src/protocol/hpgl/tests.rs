@@ -1,5 +1,7 @@
 //! Conversations with a plotter that has a small buffer, over good lines and bad ones.
 
+use std::collections::VecDeque;
+
 use proptest::prelude::*;
 
 use super::*;

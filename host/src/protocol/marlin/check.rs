@@ -51,7 +51,7 @@ impl Marlin {
         self.at_rest = true;
         if self.checking.is_none() && self.hold == Some(Hold::Draining) {
             self.hold = Some(Hold::AtRest);
-            self.events.push_back(Event::Paused);
+            self.outbox.tell(Event::Paused);
         }
         self.last_step = now;
     }
@@ -130,10 +130,10 @@ impl Marlin {
         self.part += 1;
         if end >= self.job.lines().len() {
             self.phase = Phase::Over;
-            self.events.push_back(Event::Done);
+            self.outbox.tell(Event::Done);
         } else if std::mem::take(&mut self.pausing) || self.hold == Some(Hold::Draining) {
             self.hold = Some(Hold::AtRest);
-            self.events.push_back(Event::Paused);
+            self.outbox.tell(Event::Paused);
         }
         self.last_step = now;
     }

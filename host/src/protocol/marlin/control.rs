@@ -61,7 +61,7 @@ impl Marlin {
             self.next += 1;
         } else if self.hold == Some(Hold::AtRest) {
             self.hold = None;
-            self.events.push_back(Event::Resumed);
+            self.outbox.tell(Event::Resumed);
         }
     }
 }

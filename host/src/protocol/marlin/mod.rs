@@ -22,7 +22,7 @@ use std::time::Duration;
 
 use super::grbl::{Job, Turn};
 use super::heights::Heights;
-use super::{Control, Event, Fault, Place, Progress, Protocol, Unit};
+use super::{Control, Event, Fault, Input, Outbox, Place, Progress, Protocol, Unit};
 use crate::trace::gcode::{Machine, follow};
 use crate::trace::{Position, Trace};
 use check::Checking;
@@ -47,8 +47,6 @@ const SILENCE_MAX: Duration = Duration::from_secs(30);
 const BUSY_MAX: Duration = Duration::from_secs(3600);
 /// Time in which the pen is lifted after the job was stopped.
 const STOP_WAIT: Duration = Duration::from_secs(3);
-/// Longest line of the controller that is kept; the rest of a longer one is dropped.
-const INPUT_MAX: usize = 1024;
 /// Lines that are kept behind the oldest one that is not answered: more than any Marlin has under way.
 const KEPT: usize = 64;
 /// The number before the first line. G and M codes end below: an `N` that is changed to one of them makes no command.
@@ -82,9 +80,8 @@ pub struct Marlin {
     checks: Vec<usize>,
     phase: Phase,
     since: Duration,
-    input: Vec<u8>,
-    output: Vec<u8>,
-    events: VecDeque<Event>,
+    input: Input,
+    outbox: Outbox,
     /// Lines that were sent, by their numbers; older ones are forgotten.
     sent: VecDeque<Sent>,
     /// How many were forgotten.
@@ -184,9 +181,8 @@ impl Marlin {
             options,
             phase: Phase::Greeting,
             since: Duration::ZERO,
-            input: Vec::new(),
-            output: Vec::new(),
-            events: VecDeque::new(),
+            input: Input::default(),
+            outbox: Outbox::default(),
             sent: VecDeque::new(),
             forgotten: 0,
             oldest: FIRST + 1,
@@ -221,7 +217,7 @@ impl Marlin {
 
     fn fail(&mut self, fault: Fault) {
         self.phase = Phase::Over;
-        self.events.push_back(Event::Failed(fault));
+        self.outbox.tell(Event::Failed(fault));
     }
 
     /// Stops the motion and lifts the pen, then fails. Boards with an emergency parser stop at once, others behind what they hold.
@@ -229,10 +225,9 @@ impl Marlin {
         self.fault = Some(fault);
         self.checking = None;
         self.pause = None;
-        self.output.extend_from_slice(b"M410\n");
+        self.outbox.write(b"M410\n");
         for line in &self.options.lift {
-            self.output.extend_from_slice(self.heights.rewritten(line).as_bytes());
-            self.output.push(b'\n');
+            self.outbox.line(&self.heights.rewritten(line));
         }
         self.enter(Phase::Stopping, now);
     }
@@ -271,9 +266,9 @@ impl Marlin {
             Answer::Where(place) => self.place_told(place, now),
             Answer::BusyForUser if !self.told_busy => {
                 self.told_busy = true;
-                self.events.push_back(Event::Message("the plotter waits for its user".into()));
+                self.outbox.tell(Event::Message("the plotter waits for its user".into()));
             }
-            Answer::Message(text) => self.events.push_back(Event::Message(text.to_owned())),
+            Answer::Message(text) => self.outbox.tell(Event::Message(text.to_owned())),
             _ => {}
         }
     }
@@ -368,7 +363,7 @@ impl Marlin {
     }
 
     fn number_lines(&mut self, now: Duration) {
-        self.output.extend_from_slice(numbered(FIRST, &format!("M110N{FIRST}")).as_bytes());
+        self.outbox.write(numbered(FIRST, &format!("M110N{FIRST}")).as_bytes());
         self.enter(Phase::Numbering, now);
     }
 
@@ -392,7 +387,7 @@ impl Marlin {
             if on_the_way > 0 && bytes + line.len() >= self.options.rx_bytes {
                 return;
             }
-            self.output.extend_from_slice(line.as_bytes());
+            self.outbox.write(line.as_bytes());
             self.upcoming += 1;
             self.last_step = now;
         }
@@ -414,7 +409,7 @@ impl Marlin {
         let Some(line) = self.job.lines().get(self.next) else { return false };
         if let Turn::Pause(comment) = &line.turn {
             if self.at_rest && self.oldest == self.upcoming {
-                self.events.push_back(Event::Prompt(comment.clone()));
+                self.outbox.tell(Event::Prompt(comment.clone()));
                 self.pause = Some(comment.clone());
             } else if self.oldest == self.upcoming {
                 self.sent.push_back(Sent { text: BARRIER.to_owned(), what: What::Barrier });
@@ -474,14 +469,8 @@ impl Protocol for Marlin {
             self.last_heard = now;
         }
         for &byte in bytes {
-            match byte {
-                b'\n' => {
-                    let line = std::mem::take(&mut self.input);
-                    let line = String::from_utf8_lossy(&line);
-                    self.line(line.trim(), now);
-                }
-                _ if self.input.len() < INPUT_MAX => self.input.push(byte),
-                _ => {}
+            if let Some(line) = self.input.take(byte) {
+                self.line(&line, now);
             }
         }
         self.tick(now);
@@ -515,12 +504,8 @@ impl Protocol for Marlin {
         }
     }
 
-    fn take_output(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.output)
-    }
-
-    fn take_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+    fn outbox(&mut self) -> &mut Outbox {
+        &mut self.outbox
     }
 
     fn control(&mut self, control: Control, now: Duration) {

@@ -97,8 +97,8 @@ impl Modal {
         std::array::from_fn(|axis| system[axis] + self.g92[axis] + length[axis])
     }
 
-    /// What `$G` tells.
-    pub(super) fn report(&self) -> String {
+    /// What `$G` tells, with the feed in the units of reports.
+    pub(super) fn report(&self, in_inches: bool) -> String {
         let mode = match self.mode {
             Mode::Rapid => "0",
             Mode::Linear => "1",
@@ -107,7 +107,7 @@ impl Modal {
             Mode::None => "80",
         };
         let coolant = ["M9", "M8", "M7", "M7 M8"][usize::from(self.coolant & 3)];
-        let (feed, decimals) = if self.inches { (self.feed / MM_PER_INCH, 1) } else { (self.feed, 0) };
+        let (feed, decimals) = if in_inches { (self.feed / MM_PER_INCH, 1) } else { (self.feed, 0) };
         format!(
             "[GC:G{mode} G{} G{} G{} G{} G{} M{} {coolant} T{} F{feed:.decimals$} S{:.0}]\r\n",
             54 + self.system,

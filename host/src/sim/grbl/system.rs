@@ -17,7 +17,7 @@ impl Grbl {
                 return Ok(());
             }
             b"G" => {
-                let text = self.parser.modal.report();
+                let text = self.parser.modal.report(self.settings.is_on(13));
                 self.say(&text);
                 return Ok(());
             }

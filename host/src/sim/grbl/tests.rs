@@ -135,7 +135,9 @@ fn offsets_are_work_coordinates() {
     assert_eq!(say(&mut port, "G0X9\nG28Y3\nG92.1\nG20G91G1X1F150\n"), "ok|".repeat(4));
     // From machine (2, 5): to X9 (work; 18), then by way of Y3 (work; 8) in Y only back to 5, and an inch to the right.
     assert_eq!(port.recording().position, [(18.0 + 25.4) as i64 * 80 + 32, 400, 0]);
-    assert!(say(&mut port, "$G\n").contains("[GC:G1 G54 G17 G20 G91 G94 M5 M9 T0 F150.0 S0]"));
+    assert!(say(&mut port, "$G\n").contains("[GC:G1 G54 G17 G20 G91 G94 M5 M9 T0 F3810 S0]"));
+    assert_eq!(say(&mut port, "$13=1\n"), "ok|");
+    assert!(say(&mut port, "$G\n").contains(" F150.0 S0]"), "in the units of reports");
 }
 
 #[test]

@@ -13,7 +13,7 @@ fn started_verified(gcode: &str) -> (Grbl, u64) {
     let out = grbl.take_output();
     let begun = b"?#\n$I\n$$\n$G\n";
     assert!(out.starts_with(begun), "{:?}", String::from_utf8_lossy(&out));
-    grbl.output = out[begun.len()..].to_vec();
+    grbl.outbox.write(&out[begun.len()..]);
     (grbl, at)
 }
 
@@ -22,6 +22,7 @@ const STROKE: &str =
 const UP: &str = "[GC:G0 G54 G17 G21 G90 G94 M3 M9 T0 F0 S0]\r\nok\r\n";
 const DOWN: &str = "[GC:G0 G54 G17 G21 G91 G94 M3 M9 T0 F0 S1000]\r\nok\r\n";
 const DRAWN: &str = "[GC:G1 G54 G17 G21 G90 G94 M3 M9 T0 F2000 S0]\r\nok\r\n";
+const LEFT: &str = "[GC:G0 G54 G17 G21 G90 G94 M3 M9 T0 F2000 S0]\r\nok\r\n";
 const AT_START: &str = "<Idle|MPos:10.000,20.000,0.000|FS:0,0>\r\n";
 const AT_END: &str = "<Idle|MPos:30.500,40.125,0.000|FS:0,0>\r\n";
 const AT_ZERO: &str = "<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n";
@@ -71,7 +72,7 @@ fn a_stroke_is_held_against_what_it_should_be() {
     assert_eq!(grbl.progress(), Progress { acknowledged: 9, executed: 5, total: 10 });
     let at = talk(&mut grbl, at, &[In(DRAWN), In(AT_END), Out("G0X0Y0\nG4P0.01\n$G\n")]);
     assert_eq!(grbl.progress(), Progress { acknowledged: 9, executed: 9, total: 10 });
-    talk(&mut grbl, at, &[In("ok\r\nok\r\n"), In(UP), In(AT_ZERO), Says(Event::Done)]);
+    talk(&mut grbl, at, &[In("ok\r\nok\r\n"), In(LEFT), In(AT_ZERO), Says(Event::Done)]);
     assert_eq!(grbl.progress(), Progress { acknowledged: 10, executed: 10, total: 10 });
 }
 
@@ -176,6 +177,30 @@ fn the_pens_lines_are_repeated_before_anything_is_drawn() {
     );
 }
 
+fn is_told(event: Option<Event>, words: &str) -> bool {
+    matches!(event, Some(Event::Message(text)) if text.contains(words))
+}
+
+#[test]
+fn a_changed_feed_is_told_and_set_again() {
+    let slow = "[GC:G1 G54 G17 G21 G90 G94 M3 M9 T0 F200 S0]\r\nok\r\n";
+    let (mut grbl, at) = lifted();
+    let at = talk(&mut grbl, at, &[In(slow), Out("$G\n"), In(slow), Out("F2000\n$G\n"), In("ok\r\n")]);
+    assert!(is_told(grbl.take_event(), "a feed of 200 and not 2000 mm/min in lines 6 to 9"));
+    talk(&mut grbl, at, &[In(DRAWN), In(AT_END), Out("G0X0Y0\nG4P0.01\n$G\n")]);
+    assert_eq!((grbl.take_event(), grbl.progress().executed), (None, 9));
+    // A report that was changed on the way says nothing.
+    let (mut grbl, at) = lifted();
+    talk(&mut grbl, at, &[In(slow), In(DRAWN), In(AT_END), Out("$G\nG0X0Y0\nG4P0.01\n$G\n")]);
+    assert_eq!(grbl.take_event(), None);
+    // A controller that means something else by it is believed once.
+    let (mut grbl, at) = lifted();
+    let at = talk(&mut grbl, at, &[In(slow), In(slow), In("ok\r\n"), In(slow), In(slow), In(AT_END)]);
+    assert!(is_told(grbl.take_event(), "and not 2000") && is_told(grbl.take_event(), "its feed is not verified"));
+    let left = "[GC:G0 G54 G17 G21 G90 G94 M3 M9 T0 F200 S0]\r\nok\r\n";
+    talk(&mut grbl, at, &[In("ok\r\nok\r\n"), In(left), In(AT_ZERO), Says(Event::Done)]);
+}
+
 #[test]
 fn a_dwell_that_was_too_short_is_repeated() {
     let (mut grbl, at) = started_verified(STROKE);
@@ -218,7 +243,7 @@ fn lost_and_doubled_answers_are_made_good() {
     );
     assert_eq!((grbl.progress().executed, grbl.unknown_lines(), grbl.used), (9, 2, 7 + 8 + 3));
     // One comes twice, so that the answer of `$G` seems to be there before it is.
-    talk(&mut grbl, at, &[In("ok\r\nok\r\nok\r\n"), Wait(10), In(UP), In(AT_ZERO), Says(Event::Done)]);
+    talk(&mut grbl, at, &[In("ok\r\nok\r\nok\r\n"), Wait(10), In(LEFT), In(AT_ZERO), Says(Event::Done)]);
 }
 
 #[test]
@@ -300,7 +325,7 @@ fn a_pause_comes_at_the_end_of_the_stroke() {
     grbl.take_output();
     let at =
         talk(&mut grbl, at, &[In(AT_END), Wants(Control::Resume), Says(Event::Resumed), Out("G0X0Y0\nG4P0.01\n$G\n")]);
-    talk(&mut grbl, at, &[In("ok\r\nok\r\n"), In(UP), In(AT_ZERO), Says(Event::Done)]);
+    talk(&mut grbl, at, &[In("ok\r\nok\r\n"), In(LEFT), In(AT_ZERO), Says(Event::Done)]);
 }
 
 #[test]
@@ -339,7 +364,8 @@ fn work_positions_and_inches_are_understood() {
     talk(&mut grbl, at, &[In(DRAWN), In(moved), Out("G0X0Y0\nG4P0.01\n$G\n")]);
     let (mut grbl, at) = lifted();
     grbl.told.unit_mm = 25.4;
-    talk(&mut grbl, at, &[In(DRAWN), In("<Idle|WPos:1.2008,1.5797,0.0000>\r\n"), Out("G0X0Y0\nG4P0.01\n$G\n")]);
+    let drawn = "[GC:G1 G54 G17 G21 G90 G94 M3 M9 T0 F78.7 S0]\r\nok\r\n";
+    talk(&mut grbl, at, &[In(drawn), In("<Idle|WPos:1.2008,1.5797,0.0000>\r\n"), Out("G0X0Y0\nG4P0.01\n$G\n")]);
 }
 
 #[test]
