@@ -20,7 +20,7 @@ use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{self, Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
-use crate::visibility::{ClassifyOptions, Method, Occluders, Sighting, Subject, VisibilityStats, classify};
+use crate::visibility::{ClassifyOptions, Cracks, Method, Occluders, Sighting, Subject, VisibilityStats, classify};
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -322,6 +322,7 @@ impl Prepared {
         monitor.begin(Stage::Visibility);
         let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), self.options.cells, stop);
         stop.check()?;
+        let cracks = Cracks::new(&self.view, &self.stitching, occluders.resolution());
         let options = ClassifyOptions {
             method: self.options.visibility,
             spacing: RAY_SPACING * size,
@@ -336,6 +337,7 @@ impl Prepared {
             arrangement: &arrangement,
             stitching: &self.stitching,
             occluders: &occluders,
+            cracks: &cracks,
             stop,
         };
         let (sightings, visibility) = classify(&subject, &options);

@@ -36,4 +36,22 @@ pub enum PullBackError {
         /// A point of the curve.
         at: [f64; 3],
     },
+    /// A given image leaves the parameters of the surface.
+    #[error("the parameter curve leaves the surface at ({}, {}); extend the surface, or leave the curve out", at[0], at[1])]
+    Beyond {
+        /// A point (u, v) of the image.
+        at: [f64; 2],
+    },
+    /// A given image is not that of the curve.
+    #[error(
+        "the parameter curve is {distance} from its curve at ({}, {}, {}), more than the {limit} allowed; leave it out", at[0], at[1], at[2]
+    )]
+    Apart {
+        /// A point of the curve.
+        at: [f64; 3],
+        /// Distance of the image from there.
+        distance: f64,
+        /// The largest distance allowed.
+        limit: f64,
+    },
 }

@@ -11,10 +11,13 @@
 //! Only the image in (u, v) matters to trims, not how it is parametrised; that a point of the image is over that of the curve
 //! with nearly the same parameter is how it is checked. Files are imprecise: a curve need not lie *on* its surface. Then the
 //! image is that of the feet, and its distance from the surface is told.
+//!
+//! Where a file gives the image as well, that is [compared](PullBack::given) with the curve.
 
 mod affine;
 mod error;
 mod foot;
+mod given;
 mod pole;
 mod sheet;
 mod straight;

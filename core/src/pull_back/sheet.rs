@@ -144,6 +144,24 @@ impl<'a> Sheet<'a> {
         best.map(|(_, d, line)| (d, line))
     }
 
+    /// The part of a difference at a point of the surface that is along it, and leads to another point of it.
+    pub(super) fn part_along(&self, at: DVec2, e: DVec3) -> f64 {
+        let jet = self.jet(at);
+        let Some(n) = jet.du.cross(jet.dv).try_normalize() else { return e.length() };
+        let mut e = e - n * n.dot(e);
+        for (d, [out, border]) in [[jet.du, jet.dv], [jet.dv, jet.du]].into_iter().enumerate() {
+            // Across the border: beyond it there is nothing, and what leads there counts as off.
+            let Some(out) = (out - border * (out.dot(border) / border.length_squared())).try_normalize() else {
+                continue;
+            };
+            let beyond = e.dot(out);
+            if self.leaves(d, at[d], beyond) {
+                e -= out * beyond;
+            }
+        }
+        e.length()
+    }
+
     /// Number of knots between two parameters, in both directions, over any number of periods.
     pub(super) fn breaks_between(&self, a: DVec2, b: DVec2) -> usize {
         let place = |d: usize, x: f64| {

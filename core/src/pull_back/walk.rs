@@ -224,7 +224,7 @@ impl Walk<'_> {
             let at = self.sheet.wrapped(cubic.eval(s));
             let e = self.nearby(t0 + s * (t1 - t0), cubic.t, self.sheet.surface.eval(at.x, at.y));
             let total = e.length();
-            let along = if total * BETWEEN <= most { total } else { self.part_along(at, e) };
+            let along = if total * BETWEEN <= most { total } else { self.sheet.part_along(at, e) };
             if BETWEEN * along > most {
                 return Err(BETWEEN * along / most);
             }
@@ -259,24 +259,6 @@ impl Walk<'_> {
             (now, at, slope) = (next, there, turned);
         }
         at - p
-    }
-
-    /// The part of a difference at a point of the surface that is along it, and leads to another point of it.
-    fn part_along(&self, at: DVec2, e: DVec3) -> f64 {
-        let jet = self.sheet.jet(at);
-        let Some(n) = jet.du.cross(jet.dv).try_normalize() else { return e.length() };
-        let mut e = e - n * n.dot(e);
-        for (d, [out, border]) in [[jet.du, jet.dv], [jet.dv, jet.du]].into_iter().enumerate() {
-            // Across the border: beyond it there is nothing, and what leads there counts as off.
-            let Some(out) = (out - border * (out.dot(border) / border.length_squared())).try_normalize() else {
-                continue;
-            };
-            let beyond = e.dot(out);
-            if self.sheet.leaves(d, at[d], beyond) {
-                e -= out * beyond;
-            }
-        }
-        e.length()
     }
 }
 

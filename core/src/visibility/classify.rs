@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use super::propagate::propagate;
-use super::{Certainty, Exclusion, Occluders, RayScratch};
+use super::{Certainty, Cracks, Exclusion, Occluders, RayScratch};
 use crate::arrange::{Arcs, Arrangement, LengthTable, Piece};
 use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, Path, SurfaceCurve};
@@ -58,6 +58,8 @@ pub struct Subject<'a> {
     pub stitching: &'a Stitching,
     /// The surfaces.
     pub occluders: &'a Occluders,
+    /// Where they do not quite meet.
+    pub cracks: &'a Cracks<'a>,
     /// When to stop.
     pub stop: Stop<'a>,
 }
@@ -338,7 +340,7 @@ impl<'a> Watch<'a> {
         }
         let p = self.curve.point(&self.subject.geometry, t);
         let exclusions = self.exclusions(t, p);
-        let answer = self.subject.occluders.query(p, &exclusions, self.scratch);
+        let answer = self.subject.occluders.query_among(p, &exclusions, self.subject.cracks, self.scratch);
         Sample { t, qi: answer.qi, clear: answer.clear, contact: answer.contact }
     }
 

@@ -15,7 +15,7 @@ use glam::DVec2;
 /// Difference of direction, in radians, below which two borders are one: tangents of the same border taken from two
 /// patches agree to rounding, a few units of 1e-16 over the sine of the Jacobian, which is above 1e-9 for a hit that is
 /// not grazing.
-const SAME_DIRECTION: f64 = 1e-6;
+pub(super) const SAME_DIRECTION: f64 = 1e-6;
 
 /// Directions counterclockwise from `from` to `to`, neither normalised nor zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +36,9 @@ impl Sector {
     }
 }
 
-/// How often the sectors cover the directions: the smallest and the largest count. `events` is scratch.
-pub(super) fn coverage(sectors: &[Sector], events: &mut Vec<f64>) -> (u32, u32) {
+/// How often the sectors cover the directions: the smallest and the largest count. Borders whose directions differ by no more
+/// than `same`, in radians, are one. `events` is scratch.
+pub(super) fn coverage(sectors: &[Sector], same: f64, events: &mut Vec<f64>) -> (u32, u32) {
     let angle = |d: DVec2| libm::atan2(d.y, d.x);
     events.clear();
     events.extend(sectors.iter().flat_map(|s| [angle(s.from), angle(s.to)]));
@@ -46,7 +47,7 @@ pub(super) fn coverage(sectors: &[Sector], events: &mut Vec<f64>) -> (u32, u32) 
     events.push(first + TAU);
     let (mut low, mut high) = (u32::MAX, 0);
     for gap in events.windows(2) {
-        if gap[1] - gap[0] <= SAME_DIRECTION {
+        if gap[1] - gap[0] <= same {
             continue;
         }
         let middle = 0.5 * (gap[0] + gap[1]);
@@ -54,7 +55,7 @@ pub(super) fn coverage(sectors: &[Sector], events: &mut Vec<f64>) -> (u32, u32) 
             let from = angle(s.from);
             let width = turn(angle(s.to) - from);
             // A sector without width may come out as a full turn.
-            width < TAU - SAME_DIRECTION && turn(middle - from) < width
+            width < TAU - same && turn(middle - from) < width
         };
         let n = sectors.iter().filter(|s| covers(s)).count() as u32;
         low = low.min(n);
@@ -83,7 +84,7 @@ mod tests {
     }
 
     fn count(sectors: &[Sector]) -> (u32, u32) {
-        coverage(sectors, &mut Vec::new())
+        coverage(sectors, SAME_DIRECTION, &mut Vec::new())
     }
 
     #[test]

@@ -9,11 +9,14 @@
 //! A piece of a curve has one quantitative invisibility. It is asked for by rays, or carried over from pieces that it is
 //! linked to; see [`Method`].
 //!
+//! Where the sides of one edge are apart, or overlap, a sight line meets what it would if they were one; see [`Cracks`].
+//!
 //! What a point lies on is excluded by identity, surface and parameters, never by an offset in depth.
 
 mod certainty;
 mod classify;
 mod coverage;
+mod crack;
 mod hierarchy;
 mod leaf;
 mod links;
@@ -23,6 +26,7 @@ mod ray;
 
 pub use certainty::Certainty;
 pub use classify::{ClassifyOptions, Doubt, Method, Sighting, Subject, VisibilityStats, classify};
+pub use crack::Cracks;
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 

@@ -1,10 +1,11 @@
 //! Point queries: the sheets that one sight line meets.
 
 use alloc::vec::Vec;
+use core::cmp::Ordering;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::coverage::{Sector, coverage};
+use super::coverage::{SAME_DIRECTION, Sector, coverage};
 use super::hierarchy::{Leaf, Occluders, PatchInfo};
 use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
 use super::pole::{Fan, Pole, pole_fan};
@@ -90,7 +91,7 @@ pub struct RayAnswer {
 }
 
 impl RayAnswer {
-    fn doubt(&mut self, why: Unclear) {
+    pub(super) fn doubt(&mut self, why: Unclear) {
         self.clear = false;
         self.reason.get_or_insert(why);
     }
@@ -240,7 +241,7 @@ impl Occluders {
             let (group, others) = rest.split_at(n);
             scratch.sectors.clear();
             scratch.sectors.extend(group.iter().filter_map(|c| c.sector));
-            let (low, high) = coverage(&scratch.sectors, &mut scratch.events);
+            let (low, high) = coverage(&scratch.sectors, SAME_DIRECTION, &mut scratch.events);
             answer.qi += low;
             if low != high {
                 answer.doubt(Unclear::Border);
@@ -259,7 +260,7 @@ impl Occluders {
         let close = (a.hit.z - b.hit.z).abs() <= 2.0 * self.tolerances.border * (a.slope + b.slope);
         // Two patches on either side of a border, one with its parameters reversed, are not a fold.
         let overlap = match (a.sector, b.sector) {
-            (Some(a), Some(b)) => coverage(&[a, b], events).1 > 1,
+            (Some(a), Some(b)) => coverage(&[a, b], SAME_DIRECTION, events).1 > 1,
             _ => true,
         };
         sides && close && overlap
@@ -632,7 +633,7 @@ fn meets(lo: DVec2, hi: DVec2, window: Window) -> bool {
 }
 
 /// Nearest first; ties by patch and place, so that the order does not depend on that of the visits.
-fn nearest_first(a: &Crossing, b: &Crossing) -> core::cmp::Ordering {
+fn nearest_first(a: &Crossing, b: &Crossing) -> Ordering {
     let by = |x: f64, y: f64| x.total_cmp(&y);
     by(b.hit.z, a.hit.z).then(a.hit.patch.cmp(&b.hit.patch)).then(by(a.at.x, b.at.x)).then(by(a.at.y, b.at.y))
 }

@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 
 use glam::{DMat4, DVec3, DVec4};
-use penvis_core::nurbs::{Curve, KnotVector, NurbsError, lowered_curve};
+use penvis_core::nurbs::{Curve, KnotVector, lowered_curve};
 use penvis_core::shape::{self, Frame};
 use penvis_core::view::MAX_DEGREE;
 
 use super::super::fault::Fault;
 use super::exchange::{Entity, Part};
-use super::units::{Units, direction, matrix};
+use super::units::{Units, matrix};
 
 /// Most curves that stand for one another.
 const MAX_DEPTH: usize = 16;
@@ -35,6 +35,27 @@ pub(super) struct Basis {
     pub(super) shape: Shape,
     /// Points at which the part begins and ends, and whether it runs as the curve does.
     pub(super) part: Option<([DVec3; 2], bool)>,
+}
+
+/// A part of a curve.
+#[derive(Clone, Debug)]
+pub(super) struct Arc {
+    pub(super) curve: Curve,
+    /// Parameters of the file's curve at its ends; that of an ellipse is an angle in radians.
+    pub(super) t: [f64; 2],
+}
+
+impl Arc {
+    /// The same, run through the other way.
+    pub(super) fn reversed(&self) -> Self {
+        Self { curve: self.curve.reversed(), t: [self.t[1], self.t[0]] }
+    }
+
+    /// Runs through a chain of them the other way.
+    pub(super) fn turn(chain: &mut [Self]) {
+        chain.reverse();
+        chain.iter_mut().for_each(|arc| *arc = arc.reversed());
+    }
 }
 
 /// The curve that an entity is or stands for.
@@ -86,7 +107,7 @@ fn shape(entity: Entity<'_>, units: &Units) -> Result<Shape, Fault> {
         let Some(vector) = vector.find("VECTOR") else {
             return Err(vector.fault("stands where a VECTOR has to"));
         };
-        let d = direction(vector.entity(1)?)?.normalize() * vector.positive(2)? * units.length;
+        let d = units.direction(vector.entity(1)?)?.normalize() * vector.positive(2)? * units.length;
         return Ok(Shape::Line(units.point(line.entity(1)?)?, d));
     }
     if let Some(circle) = entity.find("CIRCLE") {
@@ -146,9 +167,10 @@ fn spline(entity: Entity<'_>, units: &Units) -> Result<Option<Curve>, Fault> {
     }
     let point = |(p, w): (Entity<'_>, f64)| Ok(units.point(p)?.extend(w));
     let points = points.into_iter().zip(weights).map(point).collect::<Result<Vec<DVec4>, Fault>>()?;
-    let lowered = lowered_curve(degree, knots, points, units.tolerance);
+    let tolerance = units.tolerance_of(&points);
+    let lowered = lowered_curve(degree, knots, points, tolerance);
     let (curve, off) = lowered.map_err(|e| entity.fault(e.to_string()))?;
-    if off > units.tolerance { Err(not_lowered(entity, off)) } else { Ok(Some(curve)) }
+    if off > tolerance { Err(not_lowered(entity, off)) } else { Ok(Some(curve)) }
 }
 
 /// What is wrong with a spline of a degree that is too high.
@@ -214,16 +236,22 @@ impl Shape {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub(super) fn between(&self, [a, b]: [DVec3; 2], closes: bool, forward: bool) -> Result<Vec<Curve>, String> {
+    pub(super) fn between(&self, [a, b]: [DVec3; 2], closes: bool, forward: bool) -> Result<Vec<Arc>, String> {
         if !forward {
-            let parts = self.between([b, a], closes, true)?;
-            return Ok(parts.iter().rev().map(Curve::reversed).collect());
+            let mut parts = self.between([b, a], closes, true)?;
+            Arc::turn(&mut parts);
+            return Ok(parts);
         }
-        let one = |curve: Result<Curve, NurbsError>| curve.map(|c| vec![c]).map_err(|e| e.to_string());
-        match self {
-            Self::Line(..) => shape::line(a, b).map(|c| vec![c]).map_err(|_| "is a line of no length".to_owned()),
+        let straight = |t: [f64; 2], name: &str| {
+            let line = shape::line(a, b).map_err(|_| format!("is {name} of no length"))?;
+            Ok(vec![Arc { curve: line, t }])
+        };
+        let t = match self {
+            Self::Line(origin, d) => {
+                return straight([a, b].map(|p| (p - *origin).dot(*d) / d.length_squared()), "a line");
+            }
             Self::Ellipse(frame, axes) => {
-                let to_unit = (matrix(frame) * DMat4::from_scale(DVec3::new(axes[0], axes[1], 1.0))).inverse();
+                let to_unit = unit_circle(frame, *axes).inverse();
                 let angle = |p: DVec3| {
                     let q = to_unit.transform_point3(p);
                     q.y.atan2(q.x)
@@ -231,27 +259,52 @@ impl Shape {
                 let start = angle(a);
                 let sweep = if closes { TAU } else { (angle(b) - start).rem_euclid(TAU) };
                 if !closes && !(TURN..=TAU - TURN).contains(&sweep) {
-                    return shape::line(a, b).map(|c| vec![c]).map_err(|_| "is an arc of no length".to_owned());
+                    return straight([start; 2], "an arc");
                 }
-                let unit = shape::arc(&Frame::WORLD, 1.0, start, sweep).map_err(|e| e.to_string())?;
-                one(unit.transformed(to_unit.inverse()))
+                return Ok(vec![Arc { curve: ellipse(frame, *axes, start, sweep)?, t: [start, start + sweep] }]);
             }
             Self::Parabola(frame, f) => {
                 let inverse = matrix(frame).inverse();
-                let t = [a, b].map(|p| inverse.transform_point3(p).y / (2.0 * f));
+                [a, b].map(|p| inverse.transform_point3(p).y / (2.0 * f))
+            }
+            Self::Hyperbola(frame, [_, q]) => {
+                let inverse = matrix(frame).inverse();
+                [a, b].map(|p| (inverse.transform_point3(p).y / q).asinh())
+            }
+            Self::Spline(curve, closed) => return part_of_spline(curve, *closed, [a, b], closes),
+        };
+        self.over(t).map(|curve| vec![Arc { curve, t }])
+    }
+
+    /// The part over an interval of its parameter, which is an angle in radians for an ellipse.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn over(&self, t: [f64; 2]) -> Result<Curve, String> {
+        match self {
+            Self::Line(origin, d) => shape::line(*origin + *d * t[0], *origin + *d * t[1]).map_err(|e| e.to_string()),
+            Self::Ellipse(frame, axes) => ellipse(frame, *axes, t[0], t[1] - t[0]),
+            Self::Parabola(frame, f) => {
                 let point = |t: f64| DVec3::new(f * t * t, 2.0 * f * t, 0.0);
                 let shoulder = DVec3::new(f * t[0] * t[1], f * (t[0] + t[1]), 0.0);
                 conic(frame, [point(t[0]), shoulder, point(t[1])], 1.0, t[0] < t[1])
             }
             Self::Hyperbola(frame, [p, q]) => {
-                let inverse = matrix(frame).inverse();
-                let t = [a, b].map(|x| (inverse.transform_point3(x).y / q).asinh());
                 let point = |t: f64| DVec3::new(p * t.cosh(), q * t.sinh(), 0.0);
                 let (middle, half) = (0.5 * (t[0] + t[1]), 0.5 * (t[1] - t[0]));
                 let weight = half.cosh();
                 conic(frame, [point(t[0]), point(middle) / weight, point(t[1])], weight, t[0] < t[1])
             }
-            Self::Spline(curve, closed) => part_of_spline(curve, *closed, [a, b], closes),
+            Self::Spline(curve, _) => cut(curve, t),
+        }
+    }
+
+    /// Length of the parameter over which the curve comes back to where it began, if it does.
+    pub(super) fn period(&self) -> Option<f64> {
+        match self {
+            Self::Ellipse(..) => Some(TAU),
+            Self::Spline(curve, true) => Some(curve.domain()[1] - curve.domain()[0]),
+            _ => None,
         }
     }
 
@@ -259,13 +312,13 @@ impl Shape {
     ///
     /// # Errors
     /// If it has no end.
-    pub(super) fn whole(&self) -> Result<Vec<Curve>, String> {
+    pub(super) fn whole(&self) -> Result<Vec<Arc>, String> {
         match self {
             Self::Ellipse(frame, axes) => {
                 let at = frame.origin() + frame.axes()[0] * axes[0];
                 self.between([at, at], true, true)
             }
-            Self::Spline(curve, _) => Ok(vec![curve.clone()]),
+            Self::Spline(curve, _) => Ok(vec![Arc { curve: curve.clone(), t: curve.domain() }]),
             _ => Err("has no end, and is not trimmed".to_owned()),
         }
     }
@@ -276,22 +329,33 @@ impl Shape {
     }
 }
 
+/// The map of the unit circle onto an ellipse.
+fn unit_circle(frame: &Frame, axes: [f64; 2]) -> DMat4 {
+    matrix(frame) * DMat4::from_scale(DVec3::new(axes[0], axes[1], 1.0))
+}
+
+/// An arc of an ellipse.
+fn ellipse(frame: &Frame, axes: [f64; 2], start: f64, sweep: f64) -> Result<Curve, String> {
+    let unit = shape::arc(&Frame::WORLD, 1.0, start, sweep).map_err(|e| e.to_string())?;
+    unit.transformed(unit_circle(frame, axes)).map_err(|e| e.to_string())
+}
+
 /// A rational quadratic with the inner weight, in coordinates of the frame.
-fn conic(frame: &Frame, points: [DVec3; 3], weight: f64, rises: bool) -> Result<Vec<Curve>, String> {
+fn conic(frame: &Frame, points: [DVec3; 3], weight: f64, rises: bool) -> Result<Curve, String> {
     if !rises {
         return Err("runs against its parameter".to_owned());
     }
     let [a, m, b] = points;
     let knots = KnotVector::bezier(2, [0.0, 1.0]).map_err(|e| e.to_string())?;
     let curve = Curve::new(knots, vec![a.extend(1.0), m.extend(weight), b.extend(1.0)]);
-    curve.and_then(|c| c.transformed(matrix(frame))).map(|c| vec![c]).map_err(|e| e.to_string())
+    curve.and_then(|c| c.transformed(matrix(frame))).map_err(|e| e.to_string())
 }
 
 /// Parameters nearer to an end of the curve than this part of its range are the end.
 const END: f64 = 1e-9;
 
 /// The part of a spline between two of its points, in its direction; two parts if it passes the end of a closed one.
-fn part_of_spline(curve: &Curve, closed: bool, ends: [DVec3; 2], closes: bool) -> Result<Vec<Curve>, String> {
+fn part_of_spline(curve: &Curve, closed: bool, ends: [DVec3; 2], closes: bool) -> Result<Vec<Arc>, String> {
     let [lo, hi] = curve.domain();
     let near = END * (hi - lo);
     let mut t = ends.map(|p| curve.nearest(p).0);
@@ -315,24 +379,31 @@ fn part_of_spline(curve: &Curve, closed: bool, ends: [DVec3; 2], closes: bool) -
             }
         });
     }
-    let cut = |a: f64, b: f64| -> Result<Curve, String> {
-        let mut part = curve.clone();
-        if a > lo {
-            part = part.split(a).map_err(|e| e.to_string())?.1;
-        }
-        if b < hi {
-            part = part.split(b).map_err(|e| e.to_string())?.0;
-        }
-        Ok(part)
-    };
+    let part = |t: [f64; 2]| cut(curve, t).map(|curve| Arc { curve, t });
     if closes && (t[0] == lo || t[1] == hi) {
-        return if closed { Ok(vec![curve.clone()]) } else { Err("is open, but its edge is closed".to_owned()) };
+        return if closed { Ok(vec![part([lo, hi])?]) } else { Err("is open, but its edge is closed".to_owned()) };
     }
     if !closes && t[1] - t[0] > near {
-        return Ok(vec![cut(t[0], t[1])?]);
+        return Ok(vec![part(t)?]);
     }
     if closed {
-        return Ok(vec![cut(t[0], hi)?, cut(lo, t[1])?]);
+        return Ok(vec![part([t[0], hi])?, part([lo, t[1]])?]);
     }
     Err(if closes { "is open, but its edge is closed" } else { "runs from its end to its beginning" }.to_owned())
+}
+
+/// The part of a spline over an interval of its parameter, as far as it reaches.
+///
+/// # Errors
+/// If the interval is beyond it or has no length.
+pub(super) fn cut(curve: &Curve, [a, b]: [f64; 2]) -> Result<Curve, String> {
+    let [lo, hi] = curve.domain();
+    let mut part = curve.clone();
+    if a > lo {
+        part = part.split(a).map_err(|e| e.to_string())?.1;
+    }
+    if b < hi {
+        part = part.split(b).map_err(|e| e.to_string())?.0;
+    }
+    Ok(part)
 }

@@ -1,17 +1,20 @@
 //! Faces: surfaces with the loops of edges round them.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use glam::{DVec2, DVec3};
 use penvis_core::nurbs::{Curve, Surface};
-use penvis_core::pull_back::{PullBack, PullBackError};
+use penvis_core::pull_back::{PullBack, PullBackError, PulledBack};
 use penvis_core::scene::SceneSurface;
 use penvis_core::shape;
 use penvis_core::trim::{TrimCurve, Trims};
 
 use super::super::fault::Fault;
-use super::curve;
+use super::curve::{self, Arc};
 use super::exchange::{Entity, Exchange};
+use super::parameters::Parameters;
+use super::pcurve::{self, Apart, Given, ParameterCurve};
 use super::surface::{self, Extent, Support};
 use super::units::Units;
 
@@ -71,6 +74,8 @@ pub(super) struct Face {
     pub(super) short: usize,
     /// Whether the loops ran the wrong way round.
     pub(super) turned: bool,
+    /// What became of the parameter curves of its sides.
+    pub(super) given: Given,
 }
 
 /// A side of a face.
@@ -78,7 +83,18 @@ struct Side {
     /// Number of the entity that messages name it by.
     id: u64,
     edge: Option<u32>,
-    curve: Curve,
+    arc: Arc,
+    /// The curve in space of which it is a part, and whether it is all of its edge; none for a side of a polygon.
+    basis: Option<(Rc<curve::Shape>, bool)>,
+    /// Its parameter curves on the surface of the face, the likeliest first.
+    given: Vec<ParameterCurve>,
+}
+
+/// What there is to say about the sides of a face.
+#[derive(Debug, Default)]
+struct Notes {
+    short: usize,
+    given: Given,
 }
 
 impl Reader<'_> {
@@ -97,7 +113,8 @@ impl Reader<'_> {
         };
         // The loops run with what is kept on their left seen from the front of the face, which may be the back of its surface.
         let same_sense = face.flag(3)?;
-        let (mut extent, mut loops, mut short) = (Extent::default(), Vec::new(), 0);
+        let surface = face.entity(2)?;
+        let (mut extent, mut loops, mut notes) = (Extent::default(), Vec::new(), Notes::default());
         for bound in face.entities(1)? {
             let Some((_, part)) = bound.find_any(&["FACE_OUTER_BOUND", "FACE_BOUND"]) else {
                 return Err(bound.fault("stands where a FACE_BOUND has to"));
@@ -107,21 +124,21 @@ impl Reader<'_> {
                 extent.points.push(self.vertex(pole.entity(1)?)?);
                 continue;
             }
-            let mut sides = self.sides(ring, &mut short)?;
+            let mut sides = self.sides(ring, surface, &mut notes)?;
             if part.flag(2)? != same_sense {
-                turn(&mut sides, |s| &mut s.curve);
+                turn(&mut sides, |s| s.arc = s.arc.reversed());
             }
             if !sides.is_empty() {
-                extent.curves.extend(sides.iter().map(|s| s.curve.clone()));
+                extent.curves.extend(sides.iter().map(|s| s.arc.curve.clone()));
                 loops.push(sides);
             }
         }
-        let support = surface::support(face.entity(2)?, self.units, &extent)?;
+        let support = surface::support(surface, self.units, &extent)?;
         let name = match face.text(0) {
             "" | "NONE" => format!("face #{}", entity.id()),
             name => format!("face #{} {name}", entity.id()),
         };
-        self.trimmed(entity, name, support, &loops, short)
+        self.trimmed(entity, name, support, &loops, notes)
     }
 
     /// The surface with its trims.
@@ -131,23 +148,28 @@ impl Reader<'_> {
         name: String,
         support: Support,
         loops: &[Vec<Side>],
-        short: usize,
+        notes: Notes,
     ) -> Result<Face, Fault> {
-        let Support { surface, periodic, is_cut, kind } = support;
+        let Support { surface, periodic, is_cut, parameters, kind } = support;
+        let Notes { mut short, mut given } = notes;
         let whole = |surface: Surface| SceneSurface::new(name.clone(), surface);
         if loops.is_empty() {
             if is_cut {
                 return Err(entity.fault("has no edges, but its surface has no end"));
             }
-            return Ok(Face { surface: whole(surface), kind, off: 0.0, moved: 0.0, short, turned: false });
+            return Ok(Face { surface: whole(surface), kind, off: 0.0, moved: 0.0, short, turned: false, given });
         }
         let pull_back = PullBack::new(&surface, periodic);
-        let (mut off, mut moved, mut short) = (0.0_f64, 0.0_f64, short);
+        let (mut off, mut moved) = (0.0_f64, 0.0_f64);
         let mut rings = Vec::with_capacity(loops.len());
         for sides in loops {
             let mut ring: Vec<TrimCurve> = Vec::with_capacity(sides.len());
             for side in sides {
-                match pull_back.curve(&side.curve, self.units.tolerance) {
+                let image = match self.given(side, &pull_back, parameters, &mut given) {
+                    Some(image) => Ok(image),
+                    None => pull_back.curve(&side.arc.curve, self.units.tolerance),
+                };
+                match image {
                     Ok(image) => {
                         off = off.max(image.off);
                         ring.extend(image.curves.into_iter().map(|curve| TrimCurve { curve, edge: side.edge }));
@@ -169,7 +191,7 @@ impl Reader<'_> {
         let turned = is_cut && periodic == [false; 2] && has_border(&trims);
         if turned {
             for ring in &mut rings {
-                turn(ring, |c| &mut c.curve);
+                turn(ring, |c| c.curve = c.curve.reversed());
             }
             trims = trimmed(&rings)?;
             if has_border(&trims) {
@@ -178,11 +200,38 @@ impl Reader<'_> {
         }
         let (surface, trims) = trims.rectangle(&surface).unwrap_or((surface, trims));
         let surface = SceneSurface { trims: Some(trims), ..whole(surface) };
-        Ok(Face { surface, kind, off, moved, short, turned })
+        Ok(Face { surface, kind, off, moved, short, turned, given })
     }
 
-    /// The sides of a loop, in its order and direction.
-    fn sides(&self, ring: Entity<'_>, short: &mut usize) -> Result<Vec<Side>, Fault> {
+    /// The image of a side that the file gives, if it is where the side is within the tolerance.
+    fn given(
+        &self,
+        side: &Side,
+        pull_back: &PullBack<'_>,
+        parameters: Parameters,
+        notes: &mut Given,
+    ) -> Option<PulledBack> {
+        let (shape, whole) = side.basis.as_ref()?;
+        let curve = &side.arc.curve;
+        let ends = curve.domain().map(|t| curve.eval(t));
+        let mut apart: Option<Apart> = None;
+        for candidate in side.given.iter().flat_map(|given| given.candidates(shape, &side.arc, *whole)) {
+            let image = match candidate.image(pull_back, parameters, self.units, ends) {
+                Ok(Some(image)) => pull_back.given(&image, curve, self.units.tolerance),
+                Ok(None) => continue,
+                Err(error) => Err(error),
+            };
+            match image {
+                Ok(image) => return Some(image),
+                Err(error) => apart = Some(Apart::of(&error).nearer(apart)),
+            }
+        }
+        notes.apart.extend(apart);
+        None
+    }
+
+    /// The sides of a loop round a face of a surface, in its order and direction.
+    fn sides(&self, ring: Entity<'_>, surface: Entity<'_>, notes: &mut Notes) -> Result<Vec<Side>, Fault> {
         let mut sides = Vec::new();
         if let Some(edges) = ring.find("EDGE_LOOP") {
             for oriented in edges.entities(1)? {
@@ -190,12 +239,27 @@ impl Reader<'_> {
                     return Err(oriented.fault("stands where an ORIENTED_EDGE has to"));
                 };
                 let edge = part.entity(3)?;
-                let mut curves = self.edge(edge, short)?;
-                if !part.flag(4)? {
-                    turn(&mut curves, |c| c);
+                let forward = part.flag(4)?;
+                let Some((shape, mut arcs)) = self.edge(edge, &mut notes.short)? else { continue };
+                if !forward {
+                    Arc::turn(&mut arcs);
+                }
+                let mut given = match edge.find("EDGE_CURVE") {
+                    Some(curve) => {
+                        let unread = |fault| notes.given.unread.push(fault);
+                        pcurve::on_surface(curve.entity(3)?, surface, self.units, unread)
+                    }
+                    None => Vec::new(),
+                };
+                if !forward {
+                    given.reverse();
                 }
                 let number = self.edges.curves.get(&edge.id()).copied();
-                sides.extend(curves.into_iter().map(|curve| Side { id: edge.id(), edge: number, curve }));
+                let (shape, whole) = (Rc::new(shape), arcs.len() == 1);
+                sides.extend(arcs.into_iter().map(|arc| {
+                    let basis = Some((Rc::clone(&shape), whole));
+                    Side { id: edge.id(), edge: number, arc, basis, given: given.clone() }
+                }));
             }
         } else if let Some(polygon) = ring.find("POLY_LOOP") {
             let points = polygon.entities(1)?;
@@ -203,12 +267,13 @@ impl Reader<'_> {
                 let ends = [points[k], points[(k + 1) % points.len()]];
                 let [a, b] = [self.units.point(ends[0])?, self.units.point(ends[1])?];
                 if a.distance(b) <= self.units.tolerance {
-                    *short += 1;
+                    notes.short += 1;
                     continue;
                 }
                 let curve = shape::line(a, b).map_err(|e| polygon.fault(e.to_string()))?;
                 let edge = self.edges.sides.get(&side(ends)).copied();
-                sides.push(Side { id: ends[0].id(), edge, curve });
+                let arc = Arc { curve, t: [0.0, 1.0] };
+                sides.push(Side { id: ends[0].id(), edge, arc, basis: None, given: Vec::new() });
             }
         } else {
             return Err(ring.fault("is a kind of loop that is not read"));
@@ -216,8 +281,9 @@ impl Reader<'_> {
         Ok(sides)
     }
 
-    /// The curves of an edge from its first vertex to its last; none if it is shorter than the tolerance.
-    fn edge(&self, entity: Entity<'_>, short: &mut usize) -> Result<Vec<Curve>, Fault> {
+    /// The curve of an edge, and the parts of it from the edge's first vertex to its last; none if it is shorter than the
+    /// tolerance.
+    fn edge(&self, entity: Entity<'_>, short: &mut usize) -> Result<Option<(curve::Shape, Vec<Arc>)>, Fault> {
         let Some(edge) = entity.find("EDGE_CURVE") else {
             return Err(entity.fault("is a kind of edge that is not read"));
         };
@@ -230,10 +296,11 @@ impl Reader<'_> {
         if !closes && ends[0].distance(ends[1]) <= self.units.tolerance && matches!(basis.shape, curve::Shape::Line(..))
         {
             *short += 1;
-            return Ok(Vec::new());
+            return Ok(None);
         }
         let forward = edge.flag(4)? == basis.part.is_none_or(|(_, along)| along);
-        basis.shape.between(ends, closes, forward).map_err(|problem| entity.fault(problem))
+        let arcs = basis.shape.between(ends, closes, forward).map_err(|problem| entity.fault(problem))?;
+        Ok(Some((basis.shape, arcs)))
     }
 
     /// The point of a vertex.
@@ -246,11 +313,9 @@ impl Reader<'_> {
 }
 
 /// Runs through a chain of curves the other way.
-fn turn<T>(chain: &mut [T], curve: impl Fn(&mut T) -> &mut Curve) {
+fn turn<T>(chain: &mut [T], reverse: impl FnMut(&mut T)) {
     chain.reverse();
-    for curve in chain.iter_mut().map(curve) {
-        *curve = curve.reversed();
-    }
+    chain.iter_mut().for_each(reverse);
 }
 
 /// Whether the border of the surface bounds what is kept, where no edge is.

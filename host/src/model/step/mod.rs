@@ -1,9 +1,13 @@
 //! The STEP reader: boundary representations of ISO 10303-203, 214 and 242.
 //!
 //! Faces of planes, cylinders, cones, spheres, tori, surfaces of extrusion and of revolution, and B-spline surfaces become
-//! rational B-spline surfaces that are exactly those of the file. The edges round a face become its trims: their curves in
-//! space are pulled back onto its surface, exactly on planes and along isoparametric curves, and elsewhere within
-//! [`TOLERANCE`] of the size of the model. Both sides of an edge carry its number, so that what touches in the file touches
+//! rational B-spline surfaces that are exactly those of the file. The edges round a face become its trims. Where the file says
+//! how an edge runs in the parameters of the surface, and that is within [`TOLERANCE`] of the size of the model of its curve in
+//! space, measured along the surface, the trim is that parameter curve: as it is on B-spline surfaces, and moved to the
+//! parameters of the surface that is drawn on planes, and along lines of constant parameters of cylinders, cones, spheres and
+//! tori. Other parameter curves of what is round are no rational curves in the parameters that are drawn. There, on surfaces of
+//! extrusion and of revolution, and where the file gives no such curve, the curve in space is pulled back onto the surface,
+//! exactly on planes and along isoparametric curves, and elsewhere within the same tolerance. Both sides of an edge carry its number, so that what touches in the file touches
 //! in the drawing whatever its curves say. Components of assemblies stand where the file places them; lengths are in
 //! millimetres.
 
@@ -11,6 +15,8 @@ mod assembly;
 mod curve;
 mod exchange;
 mod face;
+mod parameters;
+mod pcurve;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -26,6 +32,7 @@ use rayon::prelude::*;
 use self::assembly::{Assembly, Body};
 use self::exchange::{Entity, Exchange, Part};
 use self::face::{EdgeNumbers, Face, Reader};
+use self::pcurve::Given;
 use super::fault::{Fault, ReadError};
 use super::format::ModelFormat;
 use super::import::{Import, Reading, Report};
@@ -155,6 +162,7 @@ fn make(
     let wanted: Vec<((u64, usize), Entity<'_>)> = wanted.into_iter().collect();
     let mut made = Made::with_capacity(wanted.len());
     let (mut off, mut moved, mut short, mut turned) = (0.0_f64, 0.0_f64, 0, 0);
+    let mut given = Given::default();
     for (chunk, faces) in wanted.chunks(CHUNK).enumerate() {
         reading.progress(chunk * CHUNK, wanted.len())?;
         let one = |&((id, units), entity): &((u64, usize), Entity<'_>)| {
@@ -163,10 +171,11 @@ fn make(
         };
         for (key, face) in faces.par_iter().map(one).collect::<Vec<_>>() {
             match face {
-                Ok(face) => {
+                Ok(mut face) => {
                     (off, moved) = (off.max(face.off), moved.max(face.moved));
                     short += face.short;
                     turned += usize::from(face.turned);
+                    given.extend(std::mem::take(&mut face.given));
                     made.insert(key, face);
                 }
                 Err(fault) => report.problems.push(fault.to_string()),
@@ -190,6 +199,7 @@ fn make(
     if short > 0 {
         report.healed.push(format!("{short} ends of faces at edges shorter than {tolerance:.3e} mm were left out"));
     }
+    given.tell(&mut report.healed);
     if turned > 0 {
         report.healed.push(format!("{turned} faces whose loops ran the wrong way round were turned"));
     }

@@ -8,8 +8,9 @@ use penvis_core::nurbs::{Curve, Surface, lowered_surface};
 use penvis_core::shape::{self, Frame, ShapeError};
 
 use super::super::fault::Fault;
-use super::curve::{self, Shape, implied, repeated};
+use super::curve::{self, Arc, Shape, implied, repeated};
 use super::exchange::{Entity, Part};
+use super::parameters::Parameters;
 use super::units::{Units, matrix};
 
 /// A surface, and the directions in which it goes on as it began.
@@ -19,6 +20,8 @@ pub(super) struct Support {
     pub(super) periodic: [bool; 2],
     /// Whether it is only as large as the face asks for, so that a face that keeps its border keeps the wrong side.
     pub(super) is_cut: bool,
+    /// What the file's parameters of it are.
+    pub(super) parameters: Parameters,
     pub(super) kind: &'static str,
 }
 
@@ -92,17 +95,21 @@ pub(super) fn support(entity: Entity<'_>, units: &Units, extent: &Extent) -> Res
     if let Some(plane) = entity.find("PLANE") {
         let frame = units.frame(plane.entity(1)?)?;
         let surface = plane_of(&frame, extent).ok_or_else(empty)?;
-        return Ok(Support { surface, periodic: [false; 2], is_cut: true, kind: "plane" });
+        let parameters = Parameters::Plane(frame);
+        return Ok(Support { surface, periodic: [false; 2], is_cut: true, parameters, kind: "plane" });
     }
     if let Some(cylinder) = entity.find("CYLINDRICAL_SURFACE") {
-        let frame = turned(&units.frame(cylinder.entity(1)?)?, extent);
+        let own = units.frame(cylinder.entity(1)?)?;
+        let frame = turned(&own, extent);
         let radius = length(cylinder, 2)?;
+        let parameters = Parameters::Cone { frame: own, radius, slope: 0.0 };
         let [a, b] = extent.range(along(&frame)).ok_or_else(empty)?;
         let surface = shape::cylinder(&lifted(&frame, a).map_err(shaped)?, radius, b - a).map_err(shaped)?;
-        return Ok(Support { surface, periodic: [true, false], is_cut: true, kind: "cylinder" });
+        return Ok(Support { surface, periodic: [true, false], is_cut: true, parameters, kind: "cylinder" });
     }
     if let Some(cone) = entity.find("CONICAL_SURFACE") {
-        let frame = turned(&units.frame(cone.entity(1)?)?, extent);
+        let own = units.frame(cone.entity(1)?)?;
+        let frame = turned(&own, extent);
         let radius = cone.real(2)? * units.length;
         let slope = (cone.real(3)? * units.angle).tan();
         if !(radius >= 0.0 && slope.is_finite() && slope != 0.0) {
@@ -122,23 +129,27 @@ pub(super) fn support(entity: Entity<'_>, units: &Units, extent: &Extent) -> Res
             return Err(empty());
         }
         let surface = shape::cone(&lifted(&frame, a).map_err(shaped)?, at(a), at(b), b - a).map_err(shaped)?;
-        return Ok(Support { surface, periodic: [true, false], is_cut: true, kind: "cone" });
+        let parameters = Parameters::Cone { frame: own, radius, slope };
+        return Ok(Support { surface, periodic: [true, false], is_cut: true, parameters, kind: "cone" });
     }
     if let Some(sphere) = entity.find("SPHERICAL_SURFACE") {
-        let frame = turned(&units.frame(sphere.entity(1)?)?, extent);
-        let surface = shape::sphere(&frame, length(sphere, 2)?).map_err(shaped)?;
-        return Ok(Support { surface, periodic: [true, false], is_cut: false, kind: "sphere" });
+        let (own, radius) = (units.frame(sphere.entity(1)?)?, length(sphere, 2)?);
+        let surface = shape::sphere(&turned(&own, extent), radius).map_err(shaped)?;
+        let parameters = Parameters::Torus { frame: own, major: 0.0, minor: radius };
+        return Ok(Support { surface, periodic: [true, false], is_cut: false, parameters, kind: "sphere" });
     }
     if let Some((kind, torus)) = entity.find_any(&["TOROIDAL_SURFACE", "DEGENERATE_TOROIDAL_SURFACE"]) {
-        let frame = turned(&units.frame(torus.entity(1)?)?, extent);
+        let own = units.frame(torus.entity(1)?)?;
+        let frame = turned(&own, extent);
         let (major, minor) = (length(torus, 2)?, length(torus, 3)?);
+        let parameters = Parameters::Torus { frame: own, major, minor };
         if kind == "TOROIDAL_SURFACE" && major > minor {
             let surface = shape::torus(&frame, major, minor).map_err(shaped)?;
-            return Ok(Support { surface, periodic: [true, true], is_cut: false, kind: "torus" });
+            return Ok(Support { surface, periodic: [true, true], is_cut: false, parameters, kind: "torus" });
         }
         let outer = if kind == "TOROIDAL_SURFACE" { true } else { torus.flag(4)? };
         let surface = spindle(&frame, [major, minor], outer).map_err(shaped)?;
-        return Ok(Support { surface, periodic: [true, false], is_cut: false, kind: "torus" });
+        return Ok(Support { surface, periodic: [true, false], is_cut: false, parameters, kind: "torus" });
     }
     if let Some(extrusion) = entity.find("SURFACE_OF_LINEAR_EXTRUSION") {
         return extruded(extrusion, units, extent);
@@ -147,7 +158,8 @@ pub(super) fn support(entity: Entity<'_>, units: &Units, extent: &Extent) -> Res
         return revolved(revolution, units, extent);
     }
     if let Some((surface, closed)) = spline(entity, units)? {
-        return Ok(Support { surface, periodic: closed, is_cut: false, kind: "B-spline surface" });
+        let parameters = Parameters::Own;
+        return Ok(Support { surface, periodic: closed, is_cut: false, parameters, kind: "B-spline surface" });
     }
     Err(entity.fault("is a kind of surface that is not read"))
 }
@@ -220,12 +232,13 @@ fn extruded(part: Part<'_>, units: &Units, extent: &Extent) -> Result<Support, F
     let basis = curve::basis(part.entity(1)?, units)?;
     let vector = part.entity(2)?;
     let Some(vector) = vector.find("VECTOR") else { return Err(vector.fault("stands where a VECTOR has to")) };
-    let d = super::units::direction(vector.entity(1)?)?.normalize();
+    let d = units.direction(vector.entity(1)?)?.normalize();
     let empty = || part.fault("has a face that is nowhere wide");
     if let Shape::Line(origin, l) = basis.shape {
         let frame = Frame::new(origin, l.cross(d), l).map_err(|e| part.fault(e.to_string()))?;
         let surface = plane_of(&frame, extent).ok_or_else(empty)?;
-        return Ok(Support { surface, periodic: [false; 2], is_cut: true, kind: "plane" });
+        let parameters = Parameters::Other;
+        return Ok(Support { surface, periodic: [false; 2], is_cut: true, parameters, kind: "plane" });
     }
     let (profile, closed) = profile(part, &basis)?;
     // Along d, what a face needs lies between the profile moved up and moved down to it.
@@ -239,7 +252,8 @@ fn extruded(part: Part<'_>, units: &Units, extent: &Extent) -> Result<Support, F
     let (a, b) = (a - hi, b - lo);
     let moved = profile.transformed(glam::DMat4::from_translation(d * a)).map_err(|e| part.fault(e.to_string()))?;
     let surface = shape::extrusion(&moved, d * (b - a)).map_err(|e| part.fault(e.to_string()))?;
-    Ok(Support { surface, periodic: [closed, false], is_cut: true, kind: "surface of extrusion" })
+    let parameters = Parameters::Other;
+    Ok(Support { surface, periodic: [closed, false], is_cut: true, parameters, kind: "surface of extrusion" })
 }
 
 fn revolved(part: Part<'_>, units: &Units, extent: &Extent) -> Result<Support, Fault> {
@@ -269,7 +283,13 @@ fn revolved(part: Part<'_>, units: &Units, extent: &Extent) -> Result<Support, F
         let profile = on_axis(&profile, &axis).map_err(shaped)?;
         let start = around(&profile, &axis, extent).map_err(shaped)?;
         let surface = shape::revolution(&start, origin, z, TAU).map_err(shaped)?;
-        return Ok(Support { surface, periodic: [true, false], is_cut: true, kind: "surface of revolution" });
+        return Ok(Support {
+            surface,
+            periodic: [true, false],
+            is_cut: true,
+            parameters: Parameters::Other,
+            kind: "surface of revolution",
+        });
     }
     if let Shape::Ellipse(frame, [a, b]) = &basis.shape
         && a == b
@@ -293,13 +313,25 @@ fn revolved(part: Part<'_>, units: &Units, extent: &Extent) -> Result<Support, F
             (spindle(&own, [major, *a], true).map_err(shaped)?, [true, false])
         };
         let surface = if outwards { surface } else { surface.reversed_v() };
-        return Ok(Support { surface, periodic, is_cut: false, kind: "surface of revolution" });
+        return Ok(Support {
+            surface,
+            periodic,
+            is_cut: false,
+            parameters: Parameters::Other,
+            kind: "surface of revolution",
+        });
     }
     let (profile, closed) = profile(part, &basis)?;
     let profile = on_axis(&profile, &axis).map_err(shaped)?;
     let profile = around(&profile, &axis, extent).map_err(shaped)?;
     let surface = shape::revolution(&profile, origin, z, TAU).map_err(shaped)?;
-    Ok(Support { surface, periodic: [true, closed], is_cut: false, kind: "surface of revolution" })
+    Ok(Support {
+        surface,
+        periodic: [true, closed],
+        is_cut: false,
+        parameters: Parameters::Other,
+        kind: "surface of revolution",
+    })
 }
 
 /// The parameter of a line of unit direction at which it meets an axis, if it does.
@@ -345,8 +377,8 @@ fn profile(part: Part<'_>, basis: &curve::Basis) -> Result<(Curve, bool), Fault>
         None => (basis.shape.whole(), basis.shape.is_closed()),
     };
     let curves = curves.map_err(|e| part.fault(format!("has a profile that {e}")))?;
-    match <[Curve; 1]>::try_from(curves) {
-        Ok([curve]) => Ok((curve, closed)),
+    match <[Arc; 1]>::try_from(curves) {
+        Ok([arc]) => Ok((arc.curve, closed)),
         Err(_) => Err(part.fault("has a profile that passes its own end")),
     }
 }

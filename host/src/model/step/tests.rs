@@ -7,6 +7,8 @@ use penvis_core::scene::SceneSurface;
 
 use super::*;
 
+mod pcurves;
+
 /// A file's entities as they are written.
 #[derive(Default)]
 struct Text {
@@ -422,7 +424,7 @@ fn conics_run_through_the_points_of_their_equations() {
         for forward in [true, false] {
             let [a, b] = if forward { ends } else { [ends[1], ends[0]] };
             let curves = shape.between([a, b], false, forward).unwrap();
-            let [curve] = curves.as_slice() else { panic!("{} curves", curves.len()) };
+            let [curve::Arc { curve, .. }] = curves.as_slice() else { panic!("{} curves", curves.len()) };
             let [t0, t1] = curve.domain();
             assert!(curve.eval(t0).distance(a) < 1e-12 && curve.eval(t1).distance(b) < 1e-12);
             for i in 0..=20 {

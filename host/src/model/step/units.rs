@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, DVec4};
 use penvis_core::shape::Frame;
 
 use super::super::fault::Fault;
@@ -19,11 +19,13 @@ pub(super) struct Units {
     pub(super) angle: f64,
     /// What is not drawn exactly is drawn within this, in millimetres.
     pub(super) tolerance: f64,
+    /// Whether points are parameters of a surface: two numbers, whose z is zero.
+    flat: bool,
 }
 
 impl Default for Units {
     fn default() -> Self {
-        Self { name: None, length: 1.0, angle: 1.0, tolerance: 0.0 }
+        Self { name: None, length: 1.0, angle: 1.0, tolerance: 0.0, flat: false }
     }
 }
 
@@ -56,23 +58,62 @@ impl Units {
         Ok(units)
     }
 
+    /// Those of curves in the parameters of a surface: points are as the file has them, whatever a surface measures by them.
+    pub(super) fn of_parameters(&self) -> Self {
+        Self { name: None, length: 1.0, tolerance: 0.0, flat: true, ..*self }
+    }
+
+    /// How far what stands for a curve of these control points may be off: what is asked for in space; among parameters, which
+    /// have no common measure, a part of them that is next to nothing.
+    pub(super) fn tolerance_of(&self, points: &[DVec4]) -> f64 {
+        if !self.flat {
+            return self.tolerance;
+        }
+        let (lo, hi) = points.iter().fold((DVec4::INFINITY, DVec4::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        1e-9 * (hi - lo).truncate().length()
+    }
+
     /// A point, in millimetres.
     pub(super) fn point(&self, entity: Entity<'_>) -> Result<DVec3, Fault> {
         let Some(point) = entity.find("CARTESIAN_POINT") else {
             return Err(entity.fault("stands where a CARTESIAN_POINT has to"));
         };
-        let p = vector(point)? * self.length;
+        let p = self.vector(point)? * self.length;
         if p.is_finite() { Ok(p) } else { Err(point.fault("is not finite in millimetres")) }
+    }
+
+    /// The coordinates of a point or direction.
+    fn vector(&self, part: Part<'_>) -> Result<DVec3, Fault> {
+        match part.reals(1)?[..] {
+            [x, y, z] if !self.flat => Ok(DVec3::new(x, y, z)),
+            [x, y] if self.flat => Ok(DVec3::new(x, y, 0.0)),
+            _ => Err(part.fault(format!("does not have {} coordinates", if self.flat { "two" } else { "three" }))),
+        }
+    }
+
+    /// A direction, of any length.
+    pub(super) fn direction(&self, entity: Entity<'_>) -> Result<DVec3, Fault> {
+        let Some(direction) = entity.find("DIRECTION") else {
+            return Err(entity.fault("stands where a DIRECTION has to"));
+        };
+        let d = self.vector(direction)?;
+        let largest = d.abs().max_element();
+        if largest > 0.0 { Ok(d / largest) } else { Err(direction.fault("has no length")) }
     }
 
     /// A frame: the x axis is made perpendicular to the z axis, and is chosen as ISO 10303-42 has it where it is left out.
     pub(super) fn frame(&self, entity: Entity<'_>) -> Result<Frame, Fault> {
+        if let Some(placement) = entity.find("AXIS2_PLACEMENT_2D").filter(|_| self.flat) {
+            let x = if placement.has(2) { self.direction(placement.entity(2)?)? } else { DVec3::X };
+            let origin = self.point(placement.entity(1)?)?;
+            return Frame::new(origin, DVec3::Z, x).map_err(|e| placement.fault(e.to_string()));
+        }
         let Some(placement) = entity.find("AXIS2_PLACEMENT_3D") else {
             return Err(entity.fault("stands where an AXIS2_PLACEMENT_3D has to"));
         };
         let origin = self.point(placement.entity(1)?)?;
-        let z = if placement.has(2) { direction(placement.entity(2)?)? } else { DVec3::Z };
-        let x = if placement.has(3) { Some(direction(placement.entity(3)?)?) } else { None };
+        let z = if placement.has(2) { self.direction(placement.entity(2)?)? } else { DVec3::Z };
+        let x = if placement.has(3) { Some(self.direction(placement.entity(3)?)?) } else { None };
         let chosen = if z.x.abs() < (1.0 - f64::EPSILON) * z.length() { DVec3::X } else { DVec3::Y };
         Frame::new(origin, z, x.unwrap_or(chosen)).map_err(|e| placement.fault(e.to_string()))
     }
@@ -82,7 +123,7 @@ impl Units {
         let Some(placement) = entity.find("AXIS1_PLACEMENT") else {
             return Err(entity.fault("stands where an AXIS1_PLACEMENT has to"));
         };
-        let z = if placement.has(2) { direction(placement.entity(2)?)? } else { DVec3::Z };
+        let z = if placement.has(2) { self.direction(placement.entity(2)?)? } else { DVec3::Z };
         Ok((self.point(placement.entity(1)?)?, z))
     }
 
@@ -100,7 +141,7 @@ impl Units {
         let first = if entity.is_simple() { operator.len().saturating_sub(5) } else { 0 };
         let axis3 = operator.len().saturating_sub(1);
         let optional =
-            |part: Part<'_>, k: usize| if part.has(k) { direction(part.entity(k)?).map(Some) } else { Ok(None) };
+            |part: Part<'_>, k: usize| if part.has(k) { self.direction(part.entity(k)?).map(Some) } else { Ok(None) };
         let (x, y, z) = (optional(base, first)?, optional(base, first + 1)?, optional(operator, axis3)?);
         let origin = self.point(base.entity(first + 2)?)?;
         let scale = if base.has(first + 3) { base.positive(first + 3)? } else { 1.0 };
@@ -163,24 +204,6 @@ fn size(unit: Entity<'_>, base: &str, depth: usize) -> Result<(String, f64), Fau
     let Some(measure) = measure else { return Err(factor.fault("stands where a measure with a unit has to")) };
     let (_, of) = size(measure.entity(1)?, base, depth + 1)?;
     Ok((name, measure.positive(0)? * of))
-}
-
-/// The coordinates of a point or direction in space.
-fn vector(part: Part<'_>) -> Result<DVec3, Fault> {
-    match part.reals(1)?[..] {
-        [x, y, z] => Ok(DVec3::new(x, y, z)),
-        _ => Err(part.fault("does not have three coordinates")),
-    }
-}
-
-/// A direction, of any length.
-pub(super) fn direction(entity: Entity<'_>) -> Result<DVec3, Fault> {
-    let Some(direction) = entity.find("DIRECTION") else {
-        return Err(entity.fault("stands where a DIRECTION has to"));
-    };
-    let d = vector(direction)?;
-    let largest = d.abs().max_element();
-    if largest > 0.0 { Ok(d / largest) } else { Err(direction.fault("has no length")) }
 }
 
 /// The map from a frame's own coordinates to those it stands in.
