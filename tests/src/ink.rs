@@ -2,7 +2,6 @@
 
 use glam::DVec2;
 use penvis::drawing::Drawing;
-use penvis::pens::Pens;
 
 /// Distance in mm between the places at which a line is compared.
 const SPACING: f64 = 0.05;
@@ -128,6 +127,7 @@ fn to_segment(p: DVec2, [a, b]: [DVec2; 2]) -> f64 {
 mod tests {
     use super::*;
     use penvis::drawing::{Page, Polyline};
+    use penvis::pens::Pens;
     use penvis_core::stroke::{Certainty, CurveKind};
 
     fn drawing(lines: &[&[[f64; 2]]]) -> Drawing {
