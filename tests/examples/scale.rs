@@ -1,15 +1,17 @@
-//! How time and memory grow with the scene: a field of tori with 8 isocurves a direction, or a ball of triangles without.
+//! How time and memory grow with the scene: a field of tori with 8 isocurves a direction, or triangles without: a ball of them,
+//! or a cone, in whose apex all of them meet.
 //!
-//!     cargo run --release -p penvis-tests --example scale tori|triangles N [rays|propagate]
+//!     cargo run --release -p penvis-tests --example scale tori|triangles|fan N [rays|propagate]
 //!
 //! One size a run, because the largest memory of a process does not shrink; on one core with `RAYON_NUM_THREADS=1`.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Mutex;
 use std::time::Instant;
 
 use glam::{DVec3, DVec4};
 use penvis_core::nurbs::{KnotVector, Surface};
-use penvis_core::pipeline::{DrawOptions, Prepared};
+use penvis_core::pipeline::{DrawOptions, Monitor, Prepared, Stage};
 use penvis_core::scene::{Scene, SceneSurface};
 use penvis_core::shape::{Frame, torus};
 use penvis_core::view::Camera;
@@ -25,7 +27,7 @@ fn tori(n: usize) -> Vec<Surface> {
     (0..side).flat_map(|i| (0..side).map(move |j| place(i, j))).collect()
 }
 
-/// A bumpy ball of about n triangles, each a bilinear patch with one side drawn together.
+/// A bumpy ball of about n triangles.
 fn triangles(n: usize) -> Vec<Surface> {
     let rows = ((n as f64 / 4.0).sqrt() as usize).max(3);
     let columns = 2 * rows;
@@ -34,10 +36,6 @@ fn triangles(n: usize) -> Vec<Surface> {
         let ring = if i == 0 || i == rows { 0.0 } else { polar.sin() };
         let r = 1.0 + 0.1 * (5.0 * azimuth).sin() * ring * ring * (4.0 * polar).sin();
         DVec4::new(r * ring * azimuth.cos(), r * ring * azimuth.sin(), r * polar.cos(), 1.0)
-    };
-    let facet = |a: DVec4, b: DVec4, c: DVec4| {
-        let knots = || KnotVector::bezier(1, [0.0, 1.0]).expect("knots");
-        Surface::new(knots(), knots(), vec![a, b, a, c]).expect("a facet")
     };
     let mut all = Vec::new();
     for i in 0..rows {
@@ -54,6 +52,44 @@ fn triangles(n: usize) -> Vec<Surface> {
     all
 }
 
+/// A cone of n triangles round its apex.
+fn fan(n: usize) -> Vec<Surface> {
+    let at = |k: usize| {
+        let azimuth = TAU * (k % n) as f64 / n as f64;
+        DVec4::new(azimuth.cos(), azimuth.sin(), 0.0, 1.0)
+    };
+    let apex = DVec4::new(0.0, 0.0, 3.0, 1.0);
+    (0..n).map(|k| facet(apex, at(k), at(k + 1))).collect()
+}
+
+/// A bilinear patch with one side drawn together in its first corner.
+fn facet(a: DVec4, b: DVec4, c: DVec4) -> Surface {
+    let knots = || KnotVector::bezier(1, [0.0, 1.0]).expect("knots");
+    Surface::new(knots(), knots(), vec![a, b, a, c]).expect("a facet")
+}
+
+/// When stages began.
+#[derive(Default)]
+struct Stages(Mutex<Vec<(Stage, Instant)>>);
+
+impl Monitor for Stages {
+    fn begin(&self, stage: Stage) {
+        self.0.lock().expect("no thread has failed").push((stage, Instant::now()));
+    }
+}
+
+impl Stages {
+    /// Stages with their milliseconds, up to now.
+    fn told(self) -> String {
+        let begun = self.0.into_inner().expect("no thread has failed");
+        let ends = begun.iter().skip(1).map(|b| b.1).chain([Instant::now()]);
+        let told = |((stage, from), to): (&(Stage, Instant), Instant)| {
+            format!("{stage:?} {:.0}", 1e3 * to.duration_since(*from).as_secs_f64())
+        };
+        begun.iter().zip(ends).map(told).collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// Largest resident memory of this process in MB, where the system tells.
 fn peak() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -66,6 +102,7 @@ fn main() {
     let n: usize = words.get(1).and_then(|n| n.parse().ok()).unwrap_or(100);
     let (surfaces, isos) = match words.first().map(String::as_str) {
         Some("triangles") => (triangles(n), 0),
+        Some("fan") => (fan(n), 0),
         _ => (tori(n), 8),
     };
     let visibility = if words.get(2).is_some_and(|w| w == "propagate") { Method::Propagate } else { Method::Rays };
@@ -74,10 +111,11 @@ fn main() {
     let camera = Camera::orthographic(DVec3::new(0.35, -0.5, 0.8), DVec3::Z).expect("a camera");
     let options = DrawOptions { isos, visibility, ..DrawOptions::default() };
     let started = Instant::now();
-    let prepared = Prepared::new(&scene, &camera, &options, &()).expect("a picture");
+    let stages = Stages::default();
+    let prepared = Prepared::new(&scene, &camera, &options, &stages).expect("a picture");
     let extracted = started.elapsed();
     let [low, high] = prepared.extent();
-    let traced = prepared.trace(1e-4 * low.distance(high), &()).expect("nothing stops it");
+    let traced = prepared.trace(1e-4 * low.distance(high), &stages).expect("nothing stops it");
     let all = started.elapsed();
     let points: usize = traced.strokes.iter().map(|s| s.points.len()).sum();
     println!(
@@ -89,4 +127,6 @@ fn main() {
         1e6 * all.as_secs_f64() / points as f64,
         peak().map_or("?".into(), |mb| mb.to_string()),
     );
+    println!("ms: {}", stages.told());
+    println!("{:?}", traced.stats.arrange);
 }

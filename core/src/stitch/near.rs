@@ -71,11 +71,9 @@ impl Tree {
         tree
     }
 
-    /// The sides whose boxes are as near as `tol` to a box, and which are `wanted`, in increasing order.
-    fn near(&self, lo: DVec3, hi: DVec3, tol: f64, wanted: impl Fn(usize) -> bool) -> Vec<usize> {
-        let margin = DVec3::splat(tol);
-        let apart =
-            |other_lo: DVec3, other_hi: DVec3| lo.cmpgt(other_hi + margin).any() || other_lo.cmpgt(hi + margin).any();
+    /// The sides whose boxes are not `apart` from what is looked for, in no order, each as often as it has such boxes. What is
+    /// apart from a box has to be so from all boxes within it.
+    fn search(&self, apart: impl Fn(DVec3, DVec3) -> bool) -> Vec<usize> {
         let mut found = Vec::new();
         let mut at = 0;
         while let Some(run) = self.runs.get(at) {
@@ -85,16 +83,19 @@ impl Tree {
             }
             if run.is_leaf() {
                 let boxes = self.boxes[run.first..run.first + run.count].iter();
-                found.extend(boxes.filter(|b| !apart(b.1, b.2) && wanted(b.0)).map(|b| b.0));
+                found.extend(boxes.filter(|b| !apart(b.1, b.2)).map(|b| b.0));
                 at = run.next;
             } else {
                 at += 1;
             }
         }
-        found.sort_unstable();
         found
     }
 }
+
+/// Least cosine of the angle between straight sides that coincide: at a larger angle the feet of the one run along the other
+/// less than half as far.
+const ALONG: f64 = 0.5;
 
 /// Whether two sides may coincide along a part of them within `tol`; no for straight ones that only touch or cross.
 ///
@@ -103,8 +104,12 @@ impl Tree {
 /// how far they go on beside one another.
 fn may_coincide(side: &Side, other: &Side, tol: f64) -> bool {
     let (Some([a, b]), Some(ends)) = (side.straight, other.straight) else { return true };
-    let along = b - a;
+    let (along, other) = (b - a, ends[1] - ends[0]);
     let squared = along.length_squared();
+    let dot = along.dot(other);
+    if dot * dot < ALONG * ALONG * squared * other.length_squared() {
+        return false;
+    }
     let [c, d] = ends.map(|p| ((p - a).dot(along) / squared).clamp(0.0, 1.0));
     let (from, to) = (a + along * c.min(d), a + along * c.max(d));
     let is_far = |p: DVec3| distance_to_segment(ends, p) > 2.0 * tol;
@@ -117,26 +122,105 @@ fn distance_to_segment([a, b]: [DVec3; 2], p: DVec3) -> f64 {
     p.distance(a + along * at)
 }
 
+/// Whether a segment has a point in a box.
+fn enters([a, b]: [DVec3; 2], lo: DVec3, hi: DVec3) -> bool {
+    let along = b - a;
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for k in 0..3 {
+        if along[k] == 0.0 {
+            if a[k] < lo[k] || hi[k] < a[k] {
+                return false;
+            }
+        } else {
+            let [x, y] = [(lo[k] - a[k]) / along[k], (hi[k] - a[k]) / along[k]];
+            (from, to) = (from.max(x.min(y)), to.min(x.max(y)));
+        }
+    }
+    from <= to
+}
+
+/// Where sides are: bent ones by their boxes, straight ones by their ends and middles.
+///
+/// Two straight sides coincide on more than a `tol` only if an end of one of them is beside the other, off its ends, or both
+/// have both ends in common, and so their middles. Boxes would not do for them: those of all sides of a fan meet in its
+/// middle, and there would be as many pairs as the square of their number.
+struct Index<'a> {
+    sides: &'a [Side],
+    tol: f64,
+    bent: Tree,
+    ends: Tree,
+    middles: Tree,
+}
+
+impl<'a> Index<'a> {
+    fn new(sides: &'a [Side], tol: f64) -> Self {
+        let edges = || sides.iter().enumerate().filter(|(_, side)| side.is_edge());
+        let straight = || edges().filter_map(|(i, side)| Some((i, side.straight?)));
+        let bent = edges().filter(|(_, side)| side.straight.is_none()).map(|(i, side)| (i, side.lo, side.hi));
+        let ends = straight().flat_map(|(i, ends)| ends.map(|p| (i, p, p)));
+        let middles = straight().map(|(i, [a, b])| (i, a.midpoint(b), a.midpoint(b)));
+        let [bent, ends, middles] =
+            [Tree::new(bent.collect()), Tree::new(ends.collect()), Tree::new(middles.collect())];
+        Self { sides, tol, bent, ends, middles }
+    }
+
+    /// Of the pairs of sides that may coincide those with side `i` that it finds: its bent partners, and straight ones that end
+    /// beside it or have its ends. What it does not find the other one of the pair does. In no order, and some are no pairs.
+    fn candidates(&self, i: usize) -> Vec<usize> {
+        let (side, tol) = (&self.sides[i], self.tol);
+        let margin = DVec3::splat(tol);
+        let mut found = self.bent.search(|lo, hi| side.lo.cmpgt(hi + margin).any() || lo.cmpgt(side.hi + margin).any());
+        if let Some(own) = side.straight {
+            // An end that is off a straight side by twice the tolerance, across the other side, is off by no more than that
+            // over the least cosine.
+            let wide = DVec3::splat(2.0 / ALONG * tol);
+            let at_end = |p: DVec3, lo: DVec3, hi: DVec3| (p - lo).abs().max((p - hi).abs()).length() <= 0.5 * tol;
+            found.extend(self.ends.search(|lo, hi| {
+                !enters(own, lo - wide, hi + wide) || at_end(own[0], lo, hi) || at_end(own[1], lo, hi)
+            }));
+            let middle = own[0].midpoint(own[1]);
+            found.extend(
+                self.middles.search(|lo, hi| (middle + margin).cmplt(lo).any() || (middle - margin).cmpgt(hi).any()),
+            );
+        }
+        found.retain(|&j| j != i);
+        found
+    }
+}
+
 /// For every side, the others with which it may coincide within `tol`, in increasing order: those whose boxes come as near,
-/// but for straight ones that only touch. Cost: O(log n) a side and O(1) a pair whose boxes are near.
+/// but for straight ones that only touch or cross. Cost: O(log n) a side, and O(1) a pair of which one is bent and whose boxes
+/// are near, or of which one ends beside the other.
 pub(super) fn near_pairs(sides: &[Side], tol: f64, stop: Stop<'_>) -> Vec<Vec<usize>> {
-    let edges = sides.iter().enumerate().filter(|(_, side)| side.is_edge());
-    let tree = Tree::new(edges.map(|(i, side)| (i, side.lo, side.hi)).collect());
+    let index = Index::new(sides, tol);
     let of_side = |i: usize| {
-        let side = &sides[i];
-        if !side.is_edge() || stop.is_wanted() {
+        if !sides[i].is_edge() || stop.is_wanted() {
             return Vec::new();
         }
-        // Asked before it is kept: at the middle of a fan there are as many pairs as the square of its sides.
-        tree.near(side.lo, side.hi, tol, |j| j != i && may_coincide(side, &sides[j], tol))
+        index.candidates(i)
     };
     #[cfg(feature = "parallel")]
-    {
+    let found: Vec<Vec<usize>> = {
         use rayon::prelude::*;
         (0..sides.len()).into_par_iter().map(of_side).collect()
-    }
+    };
     #[cfg(not(feature = "parallel"))]
-    (0..sides.len()).map(of_side).collect()
+    let found: Vec<Vec<usize>> = (0..sides.len()).map(of_side).collect();
+    let mut near = vec![Vec::new(); sides.len()];
+    for (i, candidates) in found.into_iter().enumerate() {
+        for j in candidates {
+            for (own, other) in [(i, j), (j, i)] {
+                if may_coincide(&sides[own], &sides[other], tol) {
+                    near[own].push(other);
+                }
+            }
+        }
+    }
+    for list in &mut near {
+        list.sort_unstable();
+        list.dedup();
+    }
+    near
 }
 
 #[cfg(test)]
@@ -196,12 +280,49 @@ mod tests {
                 .map(|(k, &(lo, size))| (2 * k, vector(lo), vector(lo) + vector(size))).collect();
             let tree = Tree::new(boxes.clone());
             for &(own, lo, hi) in &boxes {
-                let meets = |b: &&(usize, DVec3, DVec3)| {
-                    b.0 != own && lo.cmple(b.2 + tol).all() && b.1.cmple(hi + tol).all()
-                };
+                let meets = |b: &&(usize, DVec3, DVec3)| lo.cmple(b.2 + tol).all() && b.1.cmple(hi + tol).all();
                 let expected: Vec<usize> = boxes.iter().filter(meets).map(|b| b.0).collect();
-                prop_assert_eq!(tree.near(lo, hi, tol, |k| k != own), expected);
+                let mut found = tree.search(|l, h| lo.cmpgt(h + tol).any() || l.cmpgt(hi + tol).any());
+                found.sort_unstable();
+                prop_assert_eq!(found, expected, "{}", own);
             }
+        }
+
+        /// Against all pairs: on a lattice, moved by up to two tolerances, where many sides end in common or beside another.
+        #[test]
+        fn every_pair_of_straight_sides_that_may_coincide_is_found(
+            ends in prop::collection::vec(
+                prop::array::uniform2((prop::array::uniform3(-2_i32..3), prop::array::uniform3(-2.0..2.0_f64))), 0..60),
+            spread in prop::sample::select(vec![0.0, 0.3, 1.0]),
+        ) {
+            let tol = 1e-3;
+            let point = |(at, off): ([i32; 3], [f64; 3])| {
+                DVec3::from_array(at.map(f64::from)) + spread * tol * DVec3::from_array(off)
+            };
+            let sides: Vec<Side> = ends.into_iter().map(|e| e.map(point))
+                .filter(|[a, b]| a.distance(*b) > tol).map(straight).collect();
+            let near = near_pairs(&sides, tol, Stop::NEVER);
+            for (i, side) in sides.iter().enumerate() {
+                let pair = |&j: &usize| j != i && may_coincide(side, &sides[j], tol);
+                let expected: Vec<usize> = (0..sides.len()).filter(pair).collect();
+                prop_assert_eq!(&near[i], &expected, "{}", i);
+            }
+        }
+    }
+
+    #[test]
+    fn in_a_fan_every_side_finds_its_twin_and_looks_at_few_others() {
+        let count = 2000;
+        let spoke = |k: usize| {
+            let angle = core::f64::consts::TAU * (k / 2) as f64 / count as f64;
+            straight([DVec3::new(0.1, 0.2, 0.3), DVec3::new(libm::cos(angle), libm::sin(angle), 0.0)])
+        };
+        let sides: Vec<Side> = (0..2 * count).map(spoke).collect();
+        let index = Index::new(&sides, 1e-6);
+        let looked_at: usize = (0..sides.len()).map(|i| index.candidates(i).len()).sum();
+        assert!(looked_at <= 4 * sides.len(), "{looked_at}");
+        for (i, near) in near_pairs(&sides, 1e-6, Stop::NEVER).into_iter().enumerate() {
+            assert_eq!(near, [i ^ 1]);
         }
     }
 }
