@@ -2,20 +2,33 @@
 
 use alloc::vec;
 use alloc::vec::Vec;
+use core::iter;
 
 use glam::DVec2;
 
-/// A uniform grid over the screen with the boxes that meet each cell.
+/// Most cells that a box meets in each direction: a larger one is put into cells that are larger.
+const WIDEST: usize = 4;
+
+/// Uniform grids over the screen, each half as fine as the one before it. A box is in the finest in which it meets few cells, so
+/// that long boxes, of which many overlap, take no more room than others.
 pub(crate) struct Grid {
+    levels: Vec<Level>,
+}
+
+/// A uniform grid with the boxes that meet each cell.
+struct Level {
     origin: DVec2,
     cell: DVec2,
+    /// Cells in each direction.
     count: usize,
+    /// Where the boxes of each cell begin in `items`; nothing if there are none in any.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl Grid {
     /// Bins boxes given by their lower left and upper right corners; about two cells a box, so that a cell holds a few.
+    /// Room for O(n) of them, whatever their size.
     pub(crate) fn new(boxes: impl Iterator<Item = (DVec2, DVec2)> + Clone) -> Self {
         let start = (DVec2::INFINITY, DVec2::NEG_INFINITY, 0_usize);
         let (mut lo, mut hi, total) = boxes.clone().fold(start, |(lo, hi, n), b| (lo.min(b.0), hi.max(b.1), n + 1));
@@ -24,43 +37,125 @@ impl Grid {
         }
         let count = (libm::sqrt(2.0 * total as f64) as usize).clamp(1, 1024);
         let extent = (hi - lo).max(DVec2::splat(f64::MIN_POSITIVE));
-        let mut starts = vec![0; count * count + 1];
-        let mut grid = Self { origin: lo, cell: extent / count as f64, count, starts: Vec::new(), items: Vec::new() };
-        for (lo, hi) in boxes.clone() {
-            grid.cells(lo, hi).for_each(|c| starts[c + 1] += 1);
+        let counts = iter::successors(Some(count), |&n| (n > 1).then_some(n / 2));
+        let mut levels: Vec<Level> = counts.map(|n| Level::new(lo, extent, n)).collect();
+        let last = levels.len() - 1;
+        let level = |(lo, hi)| levels.iter().position(|l| l.is_wide_enough(lo, hi)).unwrap_or(last);
+        let places: Vec<usize> = boxes.clone().map(level).collect();
+        for ((lo, hi), &k) in boxes.clone().zip(&places) {
+            levels[k].announce(lo, hi);
         }
-        for c in 0..count * count {
-            starts[c + 1] += starts[c];
+        levels.iter_mut().for_each(Level::make_room);
+        for (i, ((lo, hi), &k)) in boxes.zip(&places).enumerate() {
+            levels[k].put(i as u32, lo, hi);
         }
-        let mut next = starts.clone();
-        let mut items = vec![0; starts[count * count] as usize];
-        for (i, (lo, hi)) in boxes.enumerate() {
-            for c in grid.cells(lo, hi) {
-                items[next[c] as usize] = i as u32;
-                next[c] += 1;
-            }
-        }
-        grid.starts = starts;
-        grid.items = items;
-        grid
-    }
-
-    fn cells(&self, lo: DVec2, hi: DVec2) -> impl Iterator<Item = usize> + use<> {
-        let n = self.count;
-        // A cast from float saturates, so points left of the grid fall into the first cell.
-        let index = |x: f64, o: f64, w: f64| (((x - o) / w) as usize).min(n - 1);
-        let (i0, i1) = (index(lo.x, self.origin.x, self.cell.x), index(hi.x, self.origin.x, self.cell.x));
-        let (j0, j1) = (index(lo.y, self.origin.y, self.cell.y), index(hi.y, self.origin.y, self.cell.y));
-        (i0..=i1).flat_map(move |i| (j0..=j1).map(move |j| i * n + j))
+        levels.retain(|l| !l.items.is_empty());
+        Self { levels }
     }
 
     /// Indices of the boxes in the cells that the given one meets, in increasing order, each once.
     pub(crate) fn near(&self, lo: DVec2, hi: DVec2, out: &mut Vec<u32>) {
         out.clear();
-        for c in self.cells(lo, hi) {
-            out.extend_from_slice(&self.items[self.starts[c] as usize..self.starts[c + 1] as usize]);
+        for level in &self.levels {
+            for c in level.cells(lo, hi) {
+                out.extend_from_slice(&level.items[level.starts[c] as usize..level.starts[c + 1] as usize]);
+            }
         }
         out.sort_unstable();
         out.dedup();
+    }
+}
+
+impl Level {
+    fn new(origin: DVec2, extent: DVec2, count: usize) -> Self {
+        Self { origin, cell: extent / count as f64, count, starts: Vec::new(), items: Vec::new() }
+    }
+
+    /// The first and the last column, and row, of cells that a box meets.
+    fn corners(&self, lo: DVec2, hi: DVec2) -> [[usize; 2]; 2] {
+        let n = self.count;
+        // A cast from float saturates, so points left of the grid fall into the first cell.
+        let index = |x: f64, o: f64, w: f64| (((x - o) / w) as usize).min(n - 1);
+        let (o, w) = (self.origin, self.cell);
+        [[index(lo.x, o.x, w.x), index(hi.x, o.x, w.x)], [index(lo.y, o.y, w.y), index(hi.y, o.y, w.y)]]
+    }
+
+    fn cells(&self, lo: DVec2, hi: DVec2) -> impl Iterator<Item = usize> + use<> {
+        let (n, [[i0, i1], [j0, j1]]) = (self.count, self.corners(lo, hi));
+        (i0..=i1).flat_map(move |i| (j0..=j1).map(move |j| i * n + j))
+    }
+
+    fn is_wide_enough(&self, lo: DVec2, hi: DVec2) -> bool {
+        self.corners(lo, hi).iter().all(|[first, last]| last.saturating_sub(*first) < WIDEST)
+    }
+
+    /// Counts a box that will be put here. Two places on, so that in the end the starts are where they belong.
+    fn announce(&mut self, lo: DVec2, hi: DVec2) {
+        if self.starts.is_empty() {
+            self.starts = vec![0; self.count * self.count + 2];
+        }
+        for c in self.cells(lo, hi) {
+            self.starts[c + 2] += 1;
+        }
+    }
+
+    fn make_room(&mut self) {
+        for c in 1..self.starts.len() {
+            self.starts[c] += self.starts[c - 1];
+        }
+        self.items = vec![0; self.starts.last().map_or(0, |&n| n as usize)];
+    }
+
+    fn put(&mut self, box_: u32, lo: DVec2, hi: DVec2) {
+        for c in self.cells(lo, hi) {
+            let next = &mut self.starts[c + 1];
+            self.items[*next as usize] = box_;
+            *next += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn every_box_that_meets_another_is_found_once(
+            boxes in prop::collection::vec((prop::array::uniform4(0.0..1.0_f64), 0..12_i32), 0..200),
+        ) {
+            // Of all sizes.
+            let corners = |&([x, y, w, h], k): &([f64; 4], i32)| {
+                let (lo, size) = (DVec2::new(x, y), DVec2::new(w, h) * libm::pow(2.0, -f64::from(k)));
+                (lo, lo + size)
+            };
+            let boxes: Vec<(DVec2, DVec2)> = boxes.iter().map(corners).collect();
+            let grid = Grid::new(boxes.iter().copied());
+            let mut near = Vec::new();
+            for &(lo, hi) in &boxes {
+                grid.near(lo, hi, &mut near);
+                prop_assert!(near.windows(2).all(|w| w[0] < w[1]));
+                let meets = |k: &usize| boxes[*k].0.cmple(hi).all() && boxes[*k].1.cmpge(lo).all();
+                for k in (0..boxes.len()).filter(meets) {
+                    prop_assert!(near.binary_search(&(k as u32)).is_ok(), "{}", k);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn long_boxes_take_no_more_room_than_small_ones() {
+        let count = 5000;
+        // From the middle to a ring, as the sides of a fan.
+        let spoke = |k: usize| {
+            let angle = core::f64::consts::TAU * k as f64 / count as f64;
+            let end = DVec2::new(libm::cos(angle), libm::sin(angle));
+            (end.min(DVec2::ZERO), end.max(DVec2::ZERO))
+        };
+        let grid = Grid::new((0..count).map(spoke));
+        let room: usize = grid.levels.iter().map(|l| l.items.len() + l.starts.len()).sum();
+        assert!(room <= 20 * count, "{room}");
     }
 }
