@@ -8,6 +8,7 @@ use penvis_core::shape::{self, Frame};
 use penvis_core::view::MAX_DEGREE;
 
 use super::super::fault::Fault;
+use super::composite::composite;
 use super::exchange::{Entity, Part};
 use super::units::{Units, matrix};
 
@@ -25,7 +26,7 @@ pub(super) enum Shape {
     Parabola(Frame, f64),
     /// The real semiaxis, in x, and the imaginary one.
     Hyperbola(Frame, [f64; 2]),
-    /// A B-spline curve, and whether it is closed.
+    /// A B-spline curve, or a composite one as such, and whether it is closed.
     Spline(Curve, bool),
 }
 
@@ -60,24 +61,29 @@ impl Arc {
 
 /// The curve that an entity is or stands for.
 pub(super) fn basis(entity: Entity<'_>, units: &Units) -> Result<Basis, Fault> {
+    basis_within(entity, units, 0)
+}
+
+/// The same of an entity that is reached through `depth` others.
+pub(super) fn basis_within(entity: Entity<'_>, units: &Units, depth: usize) -> Result<Basis, Fault> {
     let (mut entity, mut part) = (entity, None);
-    for _ in 0..MAX_DEPTH {
+    for depth in depth..MAX_DEPTH {
         const STAND_FOR: &[&str] = &["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE"];
         if let Some((_, on_surface)) = entity.find_any(STAND_FOR) {
             entity = on_surface.entity(1)?;
         } else if let Some(trimmed) = entity.find("TRIMMED_CURVE") {
             entity = trimmed.entity(1)?;
-            let ends = [trim(trimmed, 2, entity, units)?, trim(trimmed, 3, entity, units)?];
+            let ends = [trim(trimmed, 2, entity, units, depth)?, trim(trimmed, 3, entity, units, depth)?];
             part = part.or(Some((ends, trimmed.flag(4)?)));
         } else {
-            return Ok(Basis { shape: shape(entity, units)?, part });
+            return Ok(Basis { shape: shape(entity, units, depth)?, part });
         }
     }
     Err(entity.fault("is reached through more curves than there can be; one is defined by itself"))
 }
 
 /// The point at which a trimmed curve begins or ends.
-fn trim(trimmed: Part<'_>, index: usize, basis: Entity<'_>, units: &Units) -> Result<DVec3, Fault> {
+fn trim(trimmed: Part<'_>, index: usize, basis: Entity<'_>, units: &Units, depth: usize) -> Result<DVec3, Fault> {
     if let Ok(points) = trimmed.entities(index)
         && let Some(point) = points.first()
     {
@@ -87,7 +93,12 @@ fn trim(trimmed: Part<'_>, index: usize, basis: Entity<'_>, units: &Units) -> Re
         Ok(values) if values.len() == 1 => values[0],
         _ => return Err(trimmed.fault("is trimmed by neither a point nor a parameter")),
     };
-    let point = match shape(basis, units)? {
+    if basis.find("COMPOSITE_CURVE").is_some() {
+        return Err(
+            trimmed.fault("is a part of a composite curve by a parameter; export it with the points of its ends")
+        );
+    }
+    let point = match shape(basis, units, depth)? {
         Shape::Line(origin, d) => origin + d * t,
         Shape::Ellipse(frame, [a, b]) => {
             let (sin, cos) = (t * units.angle).sin_cos();
@@ -100,8 +111,8 @@ fn trim(trimmed: Part<'_>, index: usize, basis: Entity<'_>, units: &Units) -> Re
     if point.is_finite() { Ok(point) } else { Err(trimmed.fault("is trimmed beyond the numbers that there are")) }
 }
 
-/// The curve that an entity is.
-fn shape(entity: Entity<'_>, units: &Units) -> Result<Shape, Fault> {
+/// The curve that an entity is, which is reached through `depth` others.
+fn shape(entity: Entity<'_>, units: &Units, depth: usize) -> Result<Shape, Fault> {
     if let Some(line) = entity.find("LINE") {
         let vector = line.entity(2)?;
         let Some(vector) = vector.find("VECTOR") else {
@@ -131,7 +142,11 @@ fn shape(entity: Entity<'_>, units: &Units) -> Result<Shape, Fault> {
         let closed = points.first() == points.last();
         return Ok(Shape::Spline(curve, closed));
     }
-    if let Some(curve) = spline(entity, units)? {
+    let curve = match spline(entity, units)? {
+        Some(curve) => Some(curve),
+        None => composite(entity, units, depth)?,
+    };
+    if let Some(curve) = curve {
         let [a, b] = curve.domain();
         let size: f64 = curve.homogeneous().windows(2).map(|w| (w[1] / w[1].w).distance(w[0] / w[0].w)).sum();
         // Closed to the rounding of a file of fifteen digits, or as good as.

@@ -8,10 +8,15 @@
 //! tori. Other parameter curves of what is round are no rational curves in the parameters that are drawn. There, on surfaces of
 //! extrusion and of revolution, and where the file gives no such curve, the curve in space is pulled back onto the surface,
 //! exactly on planes and along isoparametric curves, and elsewhere within the same tolerance. Both sides of an edge carry its number, so that what touches in the file touches
-//! in the drawing whatever its curves say. Components of assemblies stand where the file places them; lengths are in
+//! in the drawing whatever its curves say. Composite curves are read as one B-spline curve. Components of assemblies stand where the file places them; lengths are in
 //! millimetres.
+//!
+//! Two things are not read, and told by their names: offset curves, which are no rational curves but for lines and arcs, whose
+//! exporters write the result; and a profile that goes on beyond the axis that it turns round, but for lines and circles, because
+//! the parts on either side of the axis sweep the same points twice and which of them a face means only its edges could tell.
 
 mod assembly;
+mod composite;
 mod curve;
 mod exchange;
 mod face;

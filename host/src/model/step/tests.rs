@@ -7,6 +7,7 @@ use penvis_core::scene::SceneSurface;
 
 use super::*;
 
+mod composites;
 mod pcurves;
 
 /// A file's entities as they are written.
