@@ -25,6 +25,8 @@ use serialport::{SerialPort, TTYPort};
 const KILLS: u32 = 2;
 /// Kills of one plot, at the most; then it is let go to its end.
 const KILLS_A_PLOT: u32 = 4;
+/// Plots for a kill that is to meet a program at work, at the most.
+const PLOTS_A_KILL: u32 = 10;
 /// A plot, or what is left of one, takes no longer.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// So much of the time of the wall the plotter makes good at a time.
@@ -196,24 +198,34 @@ fn end(mut child: Child) -> (bool, String) {
     (child.wait().unwrap().success(), said)
 }
 
-/// Plots a job on a plotter of its own, kills the program after each of these times, and has it go on.
-fn plot(kind: Kind, job: &str, kills: &[Duration], overlap: &str) -> Recording {
+/// Plots a job on a plotter of its own, kills the program after each of these times, and has it go on. The ink, and how often
+/// the blow met a program that was at work.
+fn plot(kind: Kind, job: &str, kills: &[Duration], overlap: &str) -> (Recording, u32) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join(kind.file), job).unwrap();
     let plotter = Plotter::switch_on(kind);
     let begin = ["plot", kind.file, "--port", &plotter.path, "--device", kind.device];
     let go_on = ["plot", "--resume", "--overlap", overlap, "--port", &plotter.path];
     let mut child = penvis(folder.path(), &begin);
-    let mut first = true;
+    let (mut first, mut struck) = (true, 0);
     for kill in kills {
         thread::sleep(*kill);
+        if child.try_wait().unwrap().is_some() {
+            let (done, said) = end(child);
+            if done {
+                return (plotter.switch_off(), struck);
+            }
+            child = at_zero(folder.path(), &go_on, &said);
+            continue;
+        }
+        struck += 1;
         child.kill().unwrap();
         child.wait().unwrap();
         let journal = folder.path().join(format!("{}.journal", kind.file));
         if !journal.exists() && fs::read_dir(folder.path()).unwrap().count() == 1 {
             // It had not begun, or was done before the blow.
             if !first {
-                return plotter.switch_off();
+                return (plotter.switch_off(), struck);
             }
             child = penvis(folder.path(), &begin);
             continue;
@@ -227,13 +239,19 @@ fn plot(kind: Kind, job: &str, kills: &[Duration], overlap: &str) -> Recording {
         child = if journal.exists() { penvis(folder.path(), &go_on) } else { penvis(folder.path(), &begin) };
     }
     let (mut done, mut said) = end(child);
-    if !done && said.contains("--at-zero") {
-        // It was killed before the pen had left the zero, and the plotter cannot tell that from being switched on.
-        (done, said) = end(penvis(folder.path(), &[&go_on[..], &["--at-zero"]].concat()));
+    if !done {
+        (done, said) = end(at_zero(folder.path(), &go_on, &said));
     }
     assert!(done, "killed after {kills:?}: {said}");
     assert!(!folder.path().join(format!("{}.journal", kind.file)).exists());
-    plotter.switch_off()
+    (plotter.switch_off(), struck)
+}
+
+/// Goes on with a plot whose program was killed before the pen had left the zero: the plotter cannot tell that from being switched
+/// on, and so the program asked for this.
+fn at_zero(folder: &Path, go_on: &[&str], said: &str) -> Child {
+    assert!(said.contains("--at-zero"), "{said}");
+    penvis(folder, &[go_on, &["--at-zero"]].concat())
 }
 
 /// Places along the ink, and whether each is within the tolerance of the other ink.
@@ -261,23 +279,25 @@ fn kill_and_go_on(kind: Kind) {
     let rows = if kills > KILLS { 6 } else { 3 };
     let (name, job, lifts) = (kind.port, kind.job(rows), 2 * rows as usize);
     let since = Instant::now();
-    let undisturbed = plot(kind, &job, &[], "0");
+    let (undisturbed, _) = plot(kind, &job, &[], "0");
     let took = since.elapsed();
     println!("{name}: undisturbed: {took:?}");
     assert_eq!((undisturbed.lifts(), undisturbed.lost_bytes), (lifts, 0));
     let mut random = Random(7);
-    let (mut left, mut most) = (kills, 0.0_f64);
+    let (mut left, mut most, mut plots) = (kills, 0.0_f64, 0);
     while left > 0 {
+        plots += 1;
+        assert!(plots <= kills * PLOTS_A_KILL, "the blows meet no program");
         let count = left.min(1 + (random.next() * f64::from(KILLS_A_PLOT)) as u32);
-        left -= count;
         let times: Vec<_> = (0..count).map(|_| took.mul_f64(random.next())).collect();
         let overlap = if random.next() < 0.5 { "0" } else { "1.5" };
-        let ink = plot(kind, &job, &times, overlap);
+        let (ink, struck) = plot(kind, &job, &times, overlap);
+        left -= struck;
         assert_eq!(uncovered(&undisturbed, &ink), None, "{name}: left out, killed after {times:?}");
         assert_eq!(uncovered(&ink, &undisturbed), None, "{name}: drawn too much, killed after {times:?}");
         assert_eq!(ink.lost_bytes, 0);
         most = most.max(ink.ink_mm() / undisturbed.ink_mm() - 1.0);
-        println!("{name}: {count} kills, {left} left: {:.1} of {:.1} mm", ink.ink_mm(), undisturbed.ink_mm());
+        println!("{name}: {struck} kills, {left} left: {:.1} of {:.1} mm", ink.ink_mm(), undisturbed.ink_mm());
     }
     println!("{name}: {kills} kills; at most {:.1} % of the ink was drawn twice", 100.0 * most);
 }
