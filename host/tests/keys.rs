@@ -178,10 +178,10 @@ fn keys_pause_hold_change_the_speed_and_the_pen_and_end_the_plot() {
     terminal.expect("pausing at the end of the stroke");
     terminal.expect("the plotter rests");
     for (key, text) in [
-        ("u", "the pen-down level is higher"),
-        ("d", "the pen-down level is lower"),
-        ("D", "the pen-up level is lower"),
-        ("U", "the pen-up level is higher"),
+        ("u", "the pen-down level is S980"),
+        ("d", "the pen-down level is S1000"),
+        ("D", "the pen-up level is S20"),
+        ("U", "the pen-up level is S0"),
         ("-", "speed 90 %"),
         (" ", "going on"),
     ] {
@@ -196,6 +196,8 @@ fn keys_pause_hold_change_the_speed_and_the_pen_and_end_the_plot() {
     terminal.expect("pausing at the end of the stroke");
     terminal.expect("holding");
     terminal.expect("the plotter rests");
+    terminal.press("u");
+    terminal.expect("the pen's levels change where it is up");
     terminal.press("q");
     terminal.expect("ending the plot, pen up");
     let (done, shown) = terminal.end();

@@ -43,10 +43,10 @@ impl<'a> Noting<'a> {
 
     /// Notes how far the job is at its end, whenever the last note was.
     pub fn finish(mut self) {
-        self.note();
+        self.write();
     }
 
-    fn note(&mut self) {
+    fn write(&mut self) {
         let reached = (self.reached)(self.progress.executed);
         let ahead = (self.reached)(self.progress.acknowledged).executed.saturating_sub(reached.executed);
         let noted = self.journal.note(reached, ahead);
@@ -81,6 +81,10 @@ impl Observer for Noting<'_> {
         self.observer.message(text);
     }
 
+    fn note(&mut self, text: &str) {
+        self.observer.note(text);
+    }
+
     fn warn(&mut self, text: &str) {
         self.observer.warn(text);
     }
@@ -88,19 +92,19 @@ impl Observer for Noting<'_> {
     fn control(&mut self) -> Option<Control> {
         let executed = self.progress.executed;
         if executed > 0 && self.journal.is_due((self.reached)(executed).executed) {
-            self.note();
+            self.write();
         }
         self.observer.control()
     }
 
     fn prompt(&mut self, comment: &str) -> bool {
         // A pen change may take all night.
-        self.note();
+        self.write();
         self.observer.prompt(comment)
     }
 
     fn paused(&mut self, rests: bool) {
-        self.note();
+        self.write();
         self.observer.paused(rests);
     }
 }

@@ -55,6 +55,17 @@ impl Heights {
         ordered && within
     }
 
+    /// What the user is told of a level when it was to be changed.
+    pub(super) fn told(&self, down: bool, changed: bool) -> String {
+        let name = if down { "pen-down" } else { "pen-up" };
+        let level = format!("{}{}", self.letter, decimal(self.now[usize::from(down)], DECIMALS));
+        if changed {
+            format!("the {name} level is {level} from now on")
+        } else {
+            format!("the {name} level stays at {level}: there is no room that way")
+        }
+    }
+
     /// The line that brings a pen that is up to its new level; none for one that waits for the next line of the job.
     pub(super) fn lifted(&self) -> Option<String> {
         (self.letter == 'S').then(|| format!("M3S{}", decimal(self.now[0], DECIMALS)))
@@ -111,6 +122,8 @@ mod tests {
         }
         assert_eq!((servo.level(600.0), servo.level(7.0), servo.height(100.0)), (580.0, 7.0, 100.0));
         assert_eq!(servo.lifted().as_deref(), Some("M3S110"));
+        assert_eq!(servo.told(true, true), "the pen-down level is S580 from now on");
+        assert_eq!(servo.told(false, false), "the pen-up level stays at S110: there is no room that way");
         assert!(!servo.change(true, 100), "down would be above up");
         assert!(!servo.change(false, 12), "below what a servo takes");
         assert_eq!(servo.rewritten("M3S600"), "M3S580");

@@ -89,6 +89,10 @@ pub struct Progress {
 pub enum Event {
     /// The plotter says something that its user may want to read.
     Message(String),
+    /// What the user asked for is done, or is not; in words of this side.
+    Note(String),
+    /// Something is not as it should be, and the job goes on; in words of this side.
+    Warning(String),
     /// The job waits for its user, with the comment that the job gives; [`Control::Resume`] goes on.
     Prompt(String),
     /// The plotter has come to rest after [`Control::Hold`].

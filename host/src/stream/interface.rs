@@ -72,6 +72,10 @@ impl Observer for Interface {
         self.observer().message(text);
     }
 
+    fn note(&mut self, text: &str) {
+        self.observer().note(text);
+    }
+
     fn warn(&mut self, text: &str) {
         self.observer().warn(text);
     }

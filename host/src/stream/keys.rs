@@ -15,8 +15,8 @@ const SPEED_RANGE: (u16, u16) = (10, 200);
 /// What a key asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Wish {
-    /// Of the plotter, with what the user is told.
-    Plotter(Control, String),
+    /// Of the plotter, with what the user is told; nothing, where the plotter's side tells.
+    Plotter(Control, Option<String>),
     /// As Ctrl-C.
     Interrupt,
 }
@@ -58,21 +58,19 @@ impl Keys {
         }
         let (control, text) = match letter {
             ' ' => self.space()?,
-            'q' | 'Q' => (Control::Stop, "ending the plot, pen up".to_owned()),
+            'q' | 'Q' => (Control::Stop, Some("ending the plot, pen up".to_owned())),
             '+' | '=' => self.speed(self.speed.saturating_add(SPEED_STEP))?,
             '-' | '_' => self.speed(self.speed.saturating_sub(SPEED_STEP))?,
             'u' | 'd' | 'U' | 'D' if self.stage == Stage::Resting => {
                 let (down, steps) = (letter.is_ascii_lowercase(), if matches!(letter, 'u' | 'U') { 1 } else { -1 });
-                let level = if down { "pen-down" } else { "pen-up" };
-                let way = if steps > 0 { "higher" } else { "lower" };
-                (Control::PenHeight { down, steps }, format!("the {level} level is {way} by a step from now on"))
+                (Control::PenHeight { down, steps }, None)
             }
             _ => return None,
         };
         Some(Wish::Plotter(control, text))
     }
 
-    fn space(&mut self) -> Option<(Control, String)> {
+    fn space(&mut self) -> Option<(Control, Option<String>)> {
         let (stage, control, text) = match self.stage {
             Stage::Going => (Stage::Pausing, Control::Pause, "pausing at the end of the stroke; space again: at once"),
             Stage::Pausing => (Stage::Holding, Control::Hold, "holding"),
@@ -80,16 +78,16 @@ impl Keys {
             Stage::Resting => (Stage::Resting, Control::Resume, "going on"),
         };
         self.stage = stage;
-        Some((control, text.to_owned()))
+        Some((control, Some(text.to_owned())))
     }
 
-    fn speed(&mut self, percent: u16) -> Option<(Control, String)> {
+    fn speed(&mut self, percent: u16) -> Option<(Control, Option<String>)> {
         let percent = percent.clamp(SPEED_RANGE.0, SPEED_RANGE.1);
         if percent == self.speed {
             return None;
         }
         self.speed = percent;
-        Some((Control::Speed(percent), format!("speed {percent} %")))
+        Some((Control::Speed(percent), Some(format!("speed {percent} %"))))
     }
 }
 
@@ -100,7 +98,7 @@ mod tests {
     fn controls(keys: &mut Keys, letters: &str) -> Vec<Option<Control>> {
         let press = |letter| match keys.press(KeyEvent::new(KeyCode::Char(letter), KeyModifiers::NONE)) {
             Some(Wish::Plotter(control, text)) => {
-                assert!(!text.is_empty());
+                assert_eq!(text.is_none(), matches!(control, Control::PenHeight { .. }));
                 Some(control)
             }
             other => {

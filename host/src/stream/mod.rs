@@ -37,7 +37,12 @@ pub trait Observer {
     /// The plotter says something.
     fn message(&mut self, text: &str);
 
-    /// Something at this side of the line is not as it should be; the job goes on.
+    /// What the user asked for is done, or is not.
+    fn note(&mut self, text: &str) {
+        self.message(text);
+    }
+
+    /// Something is not as it should be, as this side of the line sees it; the job goes on.
     fn warn(&mut self, text: &str) {
         self.message(text);
     }
@@ -143,6 +148,8 @@ pub fn run(
                 Event::Done => return Ok(()),
                 Event::Failed(fault) => return Err(fault.into()),
                 Event::Message(text) => observer.message(&text),
+                Event::Note(text) => observer.note(&text),
+                Event::Warning(text) => observer.warn(&text),
                 Event::Paused => observer.paused(true),
                 Event::Resumed => observer.paused(false),
                 Event::Prompt(comment) => {

@@ -138,7 +138,9 @@ impl Terminal {
                 Ok(Some(Event::Key(key))) if key.kind != KeyEventKind::Release => match self.keys.press(key) {
                     Some(Wish::Plotter(control, text)) => {
                         self.wishes.push_back(control);
-                        self.say(&text);
+                        if let Some(text) = text {
+                            self.say(&text);
+                        }
                     }
                     Some(Wish::Interrupt) => interrupt::press(),
                     None => {}
@@ -208,6 +210,10 @@ impl Observer for Terminal {
 
     fn message(&mut self, text: &str) {
         self.say(&format!("the plotter says: {text}"));
+    }
+
+    fn note(&mut self, text: &str) {
+        self.say(text);
     }
 
     fn warn(&mut self, text: &str) {

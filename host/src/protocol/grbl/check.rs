@@ -373,7 +373,7 @@ impl Grbl {
                 lines[0], lines[1]
             )
         };
-        self.outbox.tell(Event::Message(text));
+        self.outbox.tell(Event::Warning(text));
         if self.told.other_feed {
             return true;
         }
@@ -415,7 +415,7 @@ impl Grbl {
             checking.without_origin += 1;
             if checking.without_origin > WITHOUT_ORIGIN_MAX && !early {
                 let text = "the plotter does not tell where it is; its place is not verified";
-                self.outbox.tell(Event::Message(text.to_owned()));
+                self.outbox.tell(Event::Warning(text.to_owned()));
                 return self.finish_check(now);
             }
             checking.asked = 0;

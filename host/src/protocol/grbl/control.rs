@@ -140,8 +140,14 @@ impl Grbl {
 
     /// Changes a level of the pen while the job rests with the pen up; its next lines are sent with it.
     fn pen_height(&mut self, down: bool, steps: i32, now: Duration) {
-        let rests = self.is_parked() || self.pause.is_some();
-        if !rests || !self.heights.change(down, steps) {
+        if !self.is_parked() && self.pause.is_none() {
+            // Lines of the pen that are on the way would be held against the new levels.
+            let text = "the pen's levels change where it is up: go on, and press space once, for the end of the stroke";
+            return self.outbox.tell(Event::Note(text.to_owned()));
+        }
+        let changed = self.heights.change(down, steps);
+        self.outbox.tell(Event::Note(self.heights.told(down, changed)));
+        if !changed {
             return;
         }
         if let Some(line) = self.heights.lifted().filter(|line| !down && self.has_room(line.len())) {

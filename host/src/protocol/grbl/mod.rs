@@ -303,7 +303,7 @@ impl Grbl {
         }
         let verified = self.told.modal.is_some();
         if !verified {
-            self.outbox.tell(Event::Message(UNVERIFIED.to_owned()));
+            self.outbox.tell(Event::Warning(UNVERIFIED.to_owned()));
         }
         // Where the pen is must be told by the job, so that it is verified before anything moves.
         let told = self.told.modal.clone().unwrap_or_default();

@@ -46,7 +46,7 @@ fn options() -> Options {
 }
 
 fn unverified() -> Event {
-    Event::Message(UNVERIFIED.to_owned())
+    Event::Warning(UNVERIFIED.to_owned())
 }
 
 fn grbl(gcode: &str) -> Grbl {

@@ -450,8 +450,12 @@ impl Protocol for Hpgl {
             // What it has in its buffer it draws; at once it is halted at its own keys only.
             Control::Hold | Control::Pause => self.pause(),
             Control::Resume => self.resume(now),
-            Control::Speed(percent) => self.words.set_percent(percent),
-            _ => {}
+            Control::Speed(percent) if self.options.speeds.is_some() => self.words.set_percent(percent),
+            Control::Speed(_) => self.outbox.tell(Event::Warning("the plotter's speed cannot be set".to_owned())),
+            Control::PenHeight { .. } => {
+                self.outbox.tell(Event::Note("the plotter sets the height of its pen itself".to_owned()));
+            }
+            Control::Stop => {}
         }
     }
 

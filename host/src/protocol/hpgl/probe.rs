@@ -204,7 +204,7 @@ impl Hpgl {
         if !same {
             let told: String = reply.chars().filter(|c| !c.is_control()).take(40).collect();
             let text = format!("it calls itself `{told}`, and the job is sent as for `{name}` (--device)");
-            self.outbox.tell(Event::Message(text));
+            self.outbox.tell(Event::Warning(text));
         }
     }
 

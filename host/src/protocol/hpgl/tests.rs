@@ -411,7 +411,7 @@ fn the_plotter_says_what_it_is() {
         let mut run = Run::new(b"IN;PA1,1;", plotter, Handshake::Auto);
         run.protocol.options.name = "dxy1100".into();
         assert_eq!(run.finish(), Event::Done);
-        assert!(matches!(&run.events[0], Event::Message(text) if text.contains("`7475A`")), "{:?}", run.events);
+        assert!(matches!(&run.events[0], Event::Warning(text) if text.contains("`7475A`")), "{:?}", run.events);
         // A job that does not begin anew is not begun anew.
         let plotter = Plotter::new(255, Knows { wants_in, ..SPACE });
         let mut run = Run::new(b"PU;PA1,1;", plotter, Handshake::Auto);

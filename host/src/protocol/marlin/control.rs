@@ -21,7 +21,8 @@ impl Marlin {
                 self.queue.push_back((format!("M220S{percent}"), What::Ours));
             }
             Control::PenHeight { down, steps } if self.hold == Some(Hold::AtRest) || self.pause.is_some() => {
-                self.heights.change(down, steps);
+                let changed = self.heights.change(down, steps);
+                self.outbox.tell(Event::Note(self.heights.told(down, changed)));
             }
             _ => {}
         }

@@ -257,6 +257,7 @@ fn pauses_levels_and_speeds() {
             Wait(20_000),
             Out(&[]),
             Wants(Control::PenHeight { down: true, steps: 5 }),
+            Says(Event::Note("the pen-down level is S35 from now on".into())),
             Wants(Control::Speed(150)),
             Wants(Control::Resume),
             Wants(Control::Pause),

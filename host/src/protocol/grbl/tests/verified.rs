@@ -178,7 +178,7 @@ fn the_pens_lines_are_repeated_before_anything_is_drawn() {
 }
 
 fn is_told(event: Option<Event>, words: &str) -> bool {
-    matches!(event, Some(Event::Message(text)) if text.contains(words))
+    matches!(event, Some(Event::Warning(text)) if text.contains(words))
 }
 
 #[test]
@@ -318,7 +318,9 @@ fn a_pause_comes_at_the_end_of_the_stroke() {
             Out(""),
             // Its levels may be changed meanwhile: two steps down, and up higher by nothing that a servo can do.
             Wants(Control::PenHeight { down: true, steps: 2 }),
+            Says(Event::Note("the pen-down level is S960 from now on".into())),
             Wants(Control::PenHeight { down: false, steps: 1 }),
+            Says(Event::Note("the pen-up level stays at S0: there is no room that way".into())),
             Wait(9_000),
         ],
     );
@@ -343,6 +345,7 @@ fn changed_levels_are_sent_and_expected() {
             In(UP),
             Says(Event::Paused),
             Wants(Control::PenHeight { down: true, steps: 2 }),
+            Says(Event::Note("the pen-down level is S960 from now on".into())),
             Wants(Control::Resume),
             Out("G0M3S0\nG4P0.15\n$G\nG0X10Y20\nG0M3S960\nG91G4P0.2\n$G\n"),
             In("ok\r\nok\r\n"),
