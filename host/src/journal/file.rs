@@ -121,17 +121,39 @@ impl Journal {
     }
 
     /// Notes how far the job is, and that the plotter has acknowledged `ahead` pieces more than are executed. What was noted once
-    /// is not taken back: no more pieces than before are left aside.
+    /// is not taken back so, as a job that goes on begins further back: no more pieces than before are left aside.
     ///
     /// # Errors
     /// [`JournalError::Write`]: the disk is full or gone. What was noted before is still good, and a later note may succeed.
     pub fn note(&mut self, reached: Reached, ahead: u64) -> Result<(), JournalError> {
+        if self.last.is_some_and(|(last, _)| reached.executed <= last.executed) {
+            return self.disk.fault().map_or(Ok(()), |source| Err(self.fault(source)));
+        }
+        self.append(reached, ahead)
+    }
+
+    /// Takes back what was noted beyond: it is drawn, and in the wrong place.
+    ///
+    /// # Errors
+    /// [`JournalError::Write`], as [`note`](Self::note).
+    pub fn take_back(&mut self, reached: Reached, ahead: u64) -> Result<(), JournalError> {
+        if self.last.is_none_or(|(last, _)| last.executed <= reached.executed) {
+            return self.disk.fault().map_or(Ok(()), |source| Err(self.fault(source)));
+        }
+        self.append(reached, ahead)
+    }
+
+    fn fault(&self, source: io::Error) -> JournalError {
+        JournalError::Write { path: self.path.clone(), source }
+    }
+
+    fn append(&mut self, reached: Reached, ahead: u64) -> Result<(), JournalError> {
         let Reached { executed, pen, position } = reached;
         let ahead = u32::try_from(ahead).unwrap_or(u32::MAX);
         let record = Record { executed, ahead, pen, position, time_ms: now_ms() };
         let synced = self.disk.synced.load(Ordering::Acquire);
         let fault = |source| JournalError::Write { path: self.path.clone(), source };
-        if self.last.is_some_and(|(last, _)| executed <= last.executed) || self.records == u32::MAX {
+        if self.records == u32::MAX {
             return self.disk.fault().map_or(Ok(()), |source| Err(fault(source)));
         }
         let bytes = format::record(&record, self.records, synced, self.seed);
@@ -252,6 +274,12 @@ mod tests {
         let contents = read(&path).unwrap();
         assert_eq!((&contents.job[..], contents.records), (&b"IN;"[..], 2));
         assert!(matches!(contents.last, Some(Record { executed: 7, ahead: 9, pen: 2, position: None, .. })));
+        // What was drawn in the wrong place is.
+        journal.take_back(at(9, 1, None), 0).unwrap();
+        assert_eq!(read(&path).unwrap().records, 2);
+        journal.take_back(at(5, 1, None), 0).unwrap();
+        let contents = read(&path).unwrap();
+        assert_eq!((contents.records, contents.last.unwrap().executed), (3, 5));
         journal.remove().unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }

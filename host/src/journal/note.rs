@@ -47,11 +47,16 @@ impl<'a> Noting<'a> {
     }
 
     fn write(&mut self) {
-        let reached = (self.reached)(self.progress.executed);
-        let ahead = (self.reached)(self.progress.acknowledged).executed.saturating_sub(reached.executed);
-        let noted = self.journal.note(reached, ahead);
+        let noted = self.journal.note((self.reached)(self.progress.executed), self.ahead());
         // The plot goes on: half a drawing with the pen at rest is no better for whoever waits for it.
         self.tell(noted);
+    }
+
+    /// Pieces of the job that the plotter has acknowledged beyond those that are executed.
+    fn ahead(&self) -> u64 {
+        let [acknowledged, executed] =
+            [self.progress.acknowledged, self.progress.executed].map(|pieces| (self.reached)(pieces).executed);
+        acknowledged.saturating_sub(executed)
     }
 
     fn tell(&mut self, noted: Result<(), JournalError>) {
@@ -68,7 +73,12 @@ impl<'a> Noting<'a> {
 
 impl Observer for Noting<'_> {
     fn progress(&mut self, progress: Progress) {
+        let falls = progress.executed < self.progress.executed;
         self.progress = progress;
+        if falls {
+            let taken_back = self.journal.take_back((self.reached)(progress.executed), self.ahead());
+            self.tell(taken_back);
+        }
         let whole = |pieces| usize::try_from((self.reached)(pieces).executed).unwrap_or(usize::MAX);
         self.observer.progress(Progress {
             acknowledged: whole(progress.acknowledged),
@@ -151,8 +161,11 @@ mod tests {
         noting.progress(Progress { acknowledged: 9, executed: 5, total: 90 });
         noting.control();
         assert_eq!(read(&path).unwrap().last.map(|last| last.executed), Some(14), "not so often");
-        noting.finish();
+        noting.write();
         assert_eq!(read(&path).unwrap().last.map(|last| last.executed), Some(15));
+        noting.progress(Progress { acknowledged: 9, executed: 2, total: 90 });
+        noting.finish();
+        assert_eq!(read(&path).unwrap().last.map(|last| (last.executed, last.ahead)), Some((12, 7)), "taken back");
         assert!(listener.0.is_empty());
     }
 }

@@ -77,7 +77,8 @@ pub struct Lines {
 pub struct Progress {
     /// Pieces (lines or instructions) that the plotter has acknowledged: it has them, and will do them unless it is stopped.
     pub acknowledged: usize,
-    /// Pieces that the plotter is known to have carried out, motion included. Never more than are acknowledged, and never too many.
+    /// Pieces that the plotter is known to have carried out, motion included. Never more than are acknowledged, and never too many;
+    /// it falls where what was carried out proves to be in the wrong place.
     pub executed: usize,
     /// Pieces of the job.
     pub total: usize,

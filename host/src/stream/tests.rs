@@ -208,9 +208,8 @@ impl Clock for Restless {
     }
 }
 
-fn plot_with(gcode: &str, trouble: Trouble, goes_on: bool, stops_at: usize) -> Outcome {
-    let mut port = FaultyPort::new(trouble);
-    let options = Options {
+fn options() -> Options {
+    Options {
         rx_bytes: 128,
         line_limit: 79,
         streaming: Streaming::CharacterCounting,
@@ -218,8 +217,12 @@ fn plot_with(gcode: &str, trouble: Trouble, goes_on: bool, stops_at: usize) -> O
         servo: true,
         lift: vec!["M3S0".into()],
         baud: 115_200,
-    };
-    let mut grbl = Grbl::new(Job::new(gcode, 79).unwrap(), options);
+    }
+}
+
+fn plot_with(gcode: &str, trouble: Trouble, goes_on: bool, stops_at: usize) -> Outcome {
+    let mut port = FaultyPort::new(trouble);
+    let mut grbl = Grbl::new(Job::new(gcode, 79).unwrap(), options());
     let clock = Restless(port.sim.clock(), Default::default());
     let mut notes = Notes { progress: Vec::new(), messages: Vec::new(), pauses: Vec::new(), goes_on, stops_at };
     let result = run(&mut port, &mut grbl, &clock, &mut notes);
@@ -371,6 +374,35 @@ fn the_ink_is_where_the_lines_are() {
     assert!((recording.ink_mm() - 35.0).abs() < 0.02, "{}", recording.ink_mm());
     let expected = 200.0_f64.sqrt() + (30.0_f64 * 30.0 + 25.0 * 25.0).sqrt();
     assert!((recording.travel_mm() - expected).abs() < 0.02, "{}", recording.travel_mm());
+}
+
+#[test]
+fn lines_that_share_a_block_count_when_they_are_drawn() {
+    let line = |k: u32| f64::from(k) * 0.5 + 10.0;
+    let mut gcode = String::from("G21G90\nM3S0\nG4P0.15\nG0X10Y10\nM3S1000\nG4P0.2\n");
+    gcode.extend((1..=600).map(|k| format!("G1X{:.1}Y10F3000\n", line(k))));
+    let before = 6;
+    let mut port = FaultyPort::new(Trouble::None).sim;
+    let clock = port.clock();
+    let mut grbl = Grbl::new(Job::new(&(gcode + "M3S0\nG4P0.15\n"), 79).unwrap(), options());
+    let (mut seen, mut input) = (vec![0], [0; 512]);
+    port.set_timeout(READ_WAIT).unwrap();
+    while clock.now() < Duration::from_secs(60) && grbl.take_event() != Some(Event::Done) {
+        grbl.tick(clock.now());
+        port.write_all(&grbl.take_output()).unwrap();
+        if let Ok(count) = port.read(&mut input) {
+            grbl.receive(&input[..count], clock.now());
+        }
+        let executed = grbl.progress().executed;
+        if executed > before && executed > seen[seen.len() - 1] {
+            seen.push(executed);
+            let drawn = port.recording().position[0] as f64 / 80.0;
+            let told = line((executed.min(before + 600) - before) as u32);
+            assert!(drawn > told - 0.02, "{executed} lines executed, to {told} mm, and the pen is at {drawn} mm");
+        }
+    }
+    assert_eq!(seen.last(), Some(&608));
+    assert!(seen.len() > 10, "told at its end only: {seen:?}");
 }
 
 #[test]

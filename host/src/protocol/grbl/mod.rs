@@ -118,7 +118,7 @@ pub struct Grbl {
     next: usize,
     /// Lines of the job that are answered.
     answered: usize,
-    /// Lines of the job that are carried out for certain: a check behind them was passed.
+    /// Lines of the job that are carried out: a check behind them was passed, or free blocks of the planner tell so.
     executed: usize,
     /// Whether the job's next line is at rest already: its barrier was answered.
     at_rest: bool,
@@ -248,6 +248,10 @@ impl Grbl {
 
     /// Stops the motion, then fails: `!`, and in [`tick`](Protocol::tick) the rest.
     fn stop(&mut self, fault: Fault, now: Duration) {
+        if matches!(fault, Fault::Misplaced { .. } | Fault::Garbled { .. } | Fault::Lost { .. }) {
+            // What free blocks have told of this part is drawn, and in the wrong place.
+            self.executed = self.executed.min(self.plan.start(self.part));
+        }
         self.fault = Some(fault);
         self.errands.clear();
         self.checking = None;

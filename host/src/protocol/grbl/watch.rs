@@ -109,7 +109,8 @@ impl Grbl {
     }
 
     /// What is executed of a stroke: lines that were answered before the report was asked for are planned, and those that the
-    /// planner does not hold any more are drawn, but for the few that were handed to the step generator.
+    /// planner does not hold any more are drawn, but for the few that were handed to the step generator. Where they are is verified
+    /// at the end of the stroke, and taken back if it is wrong.
     fn count_blocks(&mut self, status: &Status) {
         let (Some(blocks), Some(free), true) = (self.told.blocks, status.blocks_free, self.blocks_count) else {
             return;
@@ -118,7 +119,7 @@ impl Grbl {
         let held = blocks.saturating_sub(free) + IN_STEPS;
         let planned = self.watch.answered_at_poll.min(check.pen_lines);
         let executed = planned.saturating_sub(held);
-        if self.checking.is_none() && executed > self.plan.start(self.part) {
+        if executed > self.plan.start(self.part) {
             self.executed = self.executed.max(executed);
         }
     }

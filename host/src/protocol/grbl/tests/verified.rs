@@ -492,6 +492,18 @@ fn free_blocks_tell_how_far_a_stroke_is() {
     let told = "<Run|WPos:12.000,20.000,0.000|Bf:5,100>\n";
     at = talk(&mut grbl, at, &[In(told)]);
     assert_eq!(grbl.progress().executed, 5);
-    talk(&mut grbl, at, &[Wait(300), In(told)]);
+    at = talk(&mut grbl, at, &[Wait(300), In(told)]);
     assert_eq!(grbl.progress().executed, 65 - 10 - 16);
+    // All of it is taken back when its end is in the wrong place.
+    for _ in 0..21 {
+        at = talk(&mut grbl, at, &[In("ok\n")]);
+    }
+    at = talk(&mut grbl, at, &[Wait(300), In("<Run|WPos:12.000,20.000,0.000|Bf:10,100>\n")]);
+    assert_eq!(grbl.progress().executed, 86 - 5 - 16, "in the check too");
+    at = talk(&mut grbl, at, &[Wait(150), In("ok\n"), In(DRAWN)]);
+    for _ in 0..3 {
+        at = talk(&mut grbl, at, &[In("<Idle|WPos:13.000,20.250,0.000>\n")]);
+    }
+    assert_eq!((grbl.phase, grbl.progress().executed), (Phase::Holding, 5));
+    let _ = at;
 }
