@@ -83,7 +83,8 @@ impl<const TICK_ENDS_PULSE: bool> Hardware for Port<TICK_ENDS_PULSE> {
 /// A motion, whose ticks that load a segment are told apart: only they take a command out of the queue.
 fn measure<const TICK_ENDS_PULSE: bool>() -> Ticks {
     let port = Port::<TICK_ENDS_PULSE> { words: black_box([0, 1, 2, 3, 4, 5, 6, 7]) };
-    let mut controller: Controller<4> = Controller::new(Settings::default());
+    // The type of the machine itself: another one would be in the flash a second time.
+    let mut controller: Controller<{ super::BLOCKS }> = Controller::new(Settings::default());
     let mut stepper = Stepper::new(port);
     for &byte in JOB {
         controller.receive(byte);

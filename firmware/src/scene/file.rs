@@ -11,6 +11,7 @@
 
 use alloc::vec::Vec;
 
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use penvis_core::nurbs::NurbsError;
 use penvis_core::trim::TrimError;
 use penvis_core::view::CameraError;
@@ -22,6 +23,11 @@ pub const HEADER_BYTES: usize = 16;
 pub const VERSION: u16 = 1;
 
 const MAGIC: &[u8; 4] = b"PVSC";
+
+/// Without a table, which would be most of what this takes in flash.
+fn checksum(records: &[u8]) -> u32 {
+    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(records)
+}
 
 /// Why bytes are no stored scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -121,7 +127,7 @@ pub fn frame(records: &[u8]) -> Option<Vec<u8>> {
     out.extend_from_slice(&VERSION.to_le_bytes());
     out.extend_from_slice(&[0, 0]);
     out.extend_from_slice(&length.to_le_bytes());
-    out.extend_from_slice(&crc32fast::hash(records).to_le_bytes());
+    out.extend_from_slice(&checksum(records).to_le_bytes());
     out.extend_from_slice(records);
     Some(out)
 }
@@ -147,7 +153,7 @@ pub(super) fn records(bytes: &[u8]) -> Result<&[u8], SceneError> {
     if records.len() != length {
         return Err(SceneError::Length { found: bytes.len(), expected: length.saturating_add(HEADER_BYTES) });
     }
-    let (found, expected) = (crc32fast::hash(records), u32::from_le_bytes([c0, c1, c2, c3]));
+    let (found, expected) = (checksum(records), u32::from_le_bytes([c0, c1, c2, c3]));
     if found == expected { Ok(records) } else { Err(SceneError::Checksum { found, expected }) }
 }
 

@@ -30,7 +30,8 @@ pub trait Surroundings: Monitor {
 #[derive(Debug)]
 pub struct Studio<const N: usize> {
     scene: Vec<u8, N>,
-    stored: &'static [u8],
+    /// None where it is empty: a studio to which nothing was given is zeros, which a static of it need not keep in the flash.
+    stored: Option<&'static [u8]>,
     cells: usize,
 }
 
@@ -39,7 +40,7 @@ impl<const N: usize> Studio<N> {
     /// [`DrawOptions::cells`](penvis_core::pipeline::DrawOptions::cells): as many as there is memory for.
     #[must_use]
     pub const fn new(stored: &'static [u8], cells: usize) -> Self {
-        Self { scene: Vec::new(), stored, cells }
+        Self { scene: Vec::new(), stored: if stored.is_empty() { None } else { Some(stored) }, cells }
     }
 
     /// Does what was asked for. Takes long if that is a drawing.
@@ -53,7 +54,7 @@ impl<const N: usize> Studio<N> {
             Order::Tell => {
                 let mut text = String::new();
                 // There is room for three numbers.
-                let _ = write!(text, "[PV:{},{},{}]", self.scene.len(), N, self.stored.len());
+                let _ = write!(text, "[PV:{},{},{}]", self.scene.len(), N, self.stored.map_or(0, <[u8]>::len));
                 Answer { text, result: Ok(()) }
             }
             Order::Trace => self.draw(surroundings, &mut |_| true),
@@ -80,10 +81,9 @@ impl<const N: usize> Studio<N> {
     }
 
     fn draw(&self, surroundings: &dyn Surroundings, line: &mut dyn FnMut(&Line) -> bool) -> Answer {
-        let bytes = if self.scene.is_empty() { self.stored } else { &self.scene };
-        if bytes.is_empty() {
+        let Some(bytes) = (if self.scene.is_empty() { self.stored } else { Some(&*self.scene) }) else {
             return told(&"there is no scene; send one with $PV=", Error::SceneInvalid);
-        }
+        };
         // As a monitor: the trait has it as its supertrait.
         let watch = Watch(surroundings);
         let started = surroundings.now_ms();
