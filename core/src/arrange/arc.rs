@@ -1,8 +1,5 @@
 //! Short, tame pieces of curves on the screen, bounded by the strips of Elber and Cohen 1989, §4.
 
-use alloc::boxed::Box;
-use core::ops::Deref;
-
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::view::{MAX_DEGREE, curve_jet};
@@ -12,16 +9,14 @@ pub(crate) type Control = heapless::Vec<DVec4, { MAX_DEGREE + 1 }>;
 
 /// A rational Bézier curve in view space that stands for a curve on the parameter interval `t`, within `error` on the
 /// screen (0 for isoparametric lines, which are such curves exactly, unless they are edges whose sides are apart).
-///
-/// `P` holds the control points: [`Control`] while it is worked with, [`Kept`] where thousands are kept.
 #[derive(Clone, Debug)]
-pub(crate) struct Arc<P = Control> {
+pub(crate) struct Arc {
     /// Index of the curve.
     pub(crate) curve: usize,
     /// Interval of the curve's parameter; the Bézier parameter runs linearly in it.
     pub(crate) t: [f64; 2],
     /// Homogeneous control points.
-    pub(crate) points: P,
+    pub(crate) points: Control,
     /// Largest distance on the screen between the curve and this arc.
     pub(crate) error: f64,
     /// Screen box, `error` included.
@@ -32,41 +27,33 @@ pub(crate) struct Arc<P = Control> {
     pub(crate) z: [f64; 2],
 }
 
-/// An arc with room for no more control points than it has.
-pub(crate) type Kept = Arc<Box<[DVec4]>>;
-
 pub(crate) fn screen(h: DVec4) -> DVec2 {
     DVec2::new(h.x / h.w, h.y / h.w)
 }
 
 impl Arc {
     pub(crate) fn new(curve: usize, t: [f64; 2], points: Control, error: f64) -> Self {
-        let (mut lo, mut hi) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let mut z = [f64::INFINITY, f64::NEG_INFINITY];
-        for h in &points {
-            let e = screen(*h);
-            lo = lo.min(e);
-            hi = hi.max(e);
-            let d = h.z / h.w;
-            z = [z[0].min(d), z[1].max(d)];
-        }
+        let [lo, hi] = extremes(points.iter().map(|h| h.truncate() / h.w));
+        Self::within(lo, hi, curve, t, points, error)
+    }
+
+    /// As [`new`](Self::new), with `places` as the control points without their weights.
+    pub(crate) fn over(
+        places: impl Iterator<Item = DVec3>,
+        curve: usize,
+        t: [f64; 2],
+        points: Control,
+        error: f64,
+    ) -> Self {
+        let [lo, hi] = extremes(places);
+        Self::within(lo, hi, curve, t, points, error)
+    }
+
+    /// With control points between `lo` and `hi`.
+    fn within(lo: DVec3, hi: DVec3, curve: usize, t: [f64; 2], points: Control, error: f64) -> Self {
         let e = DVec2::splat(error);
-        Self { curve, t, points, error, lo: lo - e, hi: hi + e, z: [z[0] - error, z[1] + error] }
-    }
-
-    /// The arc to be kept.
-    pub(crate) fn kept(&self) -> Kept {
-        let Self { curve, t, error, lo, hi, z, .. } = *self;
-        Arc { curve, t, points: Box::from(&*self.points), error, lo, hi, z }
-    }
-}
-
-impl<P: Deref<Target = [DVec4]>> Arc<P> {
-    /// The arc to be worked with.
-    pub(crate) fn opened(&self) -> Arc {
-        let Self { curve, t, error, lo, hi, z, .. } = *self;
-        // What is kept was worked with before, so there is room.
-        Arc { curve, t, points: Control::from_slice(&self.points).unwrap_or_default(), error, lo, hi, z }
+        let (z, lo, hi) = ([lo.z - error, hi.z + error], lo.truncate() - e, hi.truncate() + e);
+        Self { curve, t, points, error, lo, hi, z }
     }
 
     /// First and last point on the screen.
@@ -137,6 +124,11 @@ impl<P: Deref<Target = [DVec4]>> Arc<P> {
         }
         Strip { origin: a, dir, length, lo: lo - self.error, hi: hi + self.error, spread }
     }
+}
+
+/// Least and greatest coordinates.
+fn extremes(places: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], p| [lo.min(p), hi.max(p)])
 }
 
 /// A rotated box round an arc: chord direction, extent across it, and the tangent of the widest tangent angle to it.

@@ -2,12 +2,12 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::ops::Deref;
 
 use glam::{DVec2, DVec3, DVec4};
 
 use super::LengthTable;
-use super::arc::{Arc, Control, Kept, screen, split_control};
+use super::arc::{Arc, Control, screen, split_control};
+use super::run::{Keeper, Run};
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stop::Stop;
 
@@ -15,7 +15,7 @@ use crate::stop::Stop;
 #[derive(Clone, Debug)]
 pub struct Arcs {
     /// For each curve its arcs.
-    curves: Vec<Box<[Kept]>>,
+    curves: Vec<Box<[Run]>>,
 }
 
 impl Arcs {
@@ -30,19 +30,18 @@ impl Arcs {
 
     /// Adds the arcs of further curves, the first of which has the index `first`.
     pub fn extend(&mut self, curves: &[SurfaceCurve], first: usize, geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) {
-        let mut arcs = Vec::new();
+        let mut keeper = Keeper::default();
         for (k, curve) in (first..).zip(curves) {
             if !stop.is_wanted() {
-                cover_curve(curve, k, geometry, fit, &mut arcs);
+                cover_curve(curve, k, geometry, fit, &mut keeper);
             }
-            self.curves.push(arcs.iter().map(Arc::kept).collect());
-            arcs.clear();
+            self.curves.push(keeper.take());
         }
     }
 
     /// All arcs, curve by curve.
-    pub(super) fn iter(&self) -> impl Iterator<Item = &Kept> + Clone {
-        self.curves.iter().flatten()
+    pub(super) fn iter(&self) -> impl Iterator<Item = Arc> + Clone {
+        (0..self.curves.len()).flat_map(|curve| self.of(curve))
     }
 
     /// Screen box of all curves: lower left and upper right corner. No curve leaves it by more than a
@@ -60,7 +59,7 @@ impl Arcs {
         let rounding = 64.0 * f64::EPSILON * found[0].abs().max(found[1].abs()).max_element();
         let slack = DVec2::splat(rounding.max(EXTENT_SLACK * (found[1] - found[0]).max_element()));
         for arc in self.iter() {
-            widen(arc, slack, &mut found, 0);
+            widen(&arc, slack, &mut found, 0);
         }
         found
     }
@@ -81,7 +80,7 @@ impl Arcs {
         let active = || self.iter().filter(|a| curves[a.curve].active);
         let mut known = active().map(|a| ends(a.ends())).fold(f64::NEG_INFINITY, f64::max);
         let mut open: Vec<(Arc, u32)> =
-            active().filter(|a| reach(&a.points) >= known - margin).map(|a| (a.opened(), 0)).collect();
+            active().filter(|a| reach(&a.points) >= known - margin).map(|a| (a, 0)).collect();
         let mut found: Vec<Arc> = Vec::new();
         while let Some((arc, depth)) = open.pop() {
             known = known.max(ends(arc.ends()));
@@ -109,17 +108,39 @@ impl Arcs {
         found.iter().all(near).then(|| (best.curve, best.param(x)))
     }
 
-    pub(super) fn of(&self, curve: usize) -> &[Kept] {
-        &self.curves[curve]
+    /// The arcs of one curve, in order.
+    pub(super) fn of(&self, curve: usize) -> impl DoubleEndedIterator<Item = Arc> + Clone {
+        self.curves[curve].iter().flat_map(move |run| (0..run.len()).map(move |k| run.arc(k, curve)))
+    }
+
+    /// The number of arcs of one curve.
+    pub(super) fn count(&self, curve: usize) -> usize {
+        self.curves[curve].iter().map(Run::len).sum()
+    }
+
+    /// An arc of one curve.
+    pub(super) fn arc(&self, curve: usize, mut k: usize) -> Option<Arc> {
+        for run in &self.curves[curve] {
+            if k < run.len() {
+                return Some(run.arc(k, curve));
+            }
+            k -= run.len();
+        }
+        None
+    }
+
+    /// The first arc of one curve that holds the parameter `t`.
+    pub(super) fn holding(&self, curve: usize, t: f64) -> Option<Arc> {
+        self.curves[curve].iter().find_map(|run| Some(run.arc(run.holding(t)?, curve)))
     }
 
     /// Lengths below `resolution` (screen units) are not told apart.
     pub(super) fn length_table(&self, curve: &SurfaceCurve, index: usize, resolution: f64) -> LengthTable {
-        let mut knots = Vec::with_capacity(self.of(index).len() + 1);
+        let mut knots = Vec::with_capacity(self.count(index) + 1);
         knots.push((curve.domain[0], 0.0));
         for a in self.of(index) {
             let (p, q) = a.ends();
-            measure(a, [0.0, 1.0], [p, q], resolution, &mut knots, 0);
+            measure(&a, [0.0, 1.0], [p, q], resolution, &mut knots, 0);
         }
         if knots.len() == 1 {
             knots.push((curve.domain[1], 0.0));
@@ -134,7 +155,7 @@ impl Arcs {
 /// Quarters of a part that is even have lengths within a factor of two of each other. Towards a place where the curve stands
 /// still, and where weights differ by many orders of magnitude, each halving leaves at least one half even or below
 /// the resolution, so that some [`MOST_UNEVEN`] parts for each such place are enough.
-fn measure(arc: &Kept, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &mut Vec<(f64, f64)>, depth: u32) {
+fn measure(arc: &Arc, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &mut Vec<(f64, f64)>, depth: u32) {
     let at = |f: f64| arc.jet(x[0] + f * (x[1] - x[0])).0.truncate();
     let middle = at(0.5);
     let quarters = [p, at(0.25), middle, at(0.75), q];
@@ -162,7 +183,7 @@ const EXTENT_SLACK: f64 = 1e-6;
 
 /// Widens `found` to hold `arc` up to `slack`. The polygon nears the arc by a factor of four with each halving, so ten of
 /// them reach the slack; only halves that still reach beyond are followed.
-fn widen(arc: &Arc<impl Deref<Target = [DVec4]>>, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
+fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
     const DEEPEST: u32 = 16;
     let beyond = |p: DVec2| p.cmplt(found[0] - slack).any() || p.cmpgt(found[1] + slack).any();
     if depth >= DEEPEST || !arc.points.iter().any(|h| beyond(screen(*h))) {
@@ -176,7 +197,7 @@ fn widen(arc: &Arc<impl Deref<Target = [DVec4]>>, slack: DVec2, found: &mut [DVe
 }
 
 /// The arcs of one curve.
-fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit: f64, arcs: &mut Vec<Arc>) {
+fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit: f64, arcs: &mut Keeper) {
     match &curve.path {
         Path::Line(line) => {
             for span in &line.spans {
@@ -187,7 +208,7 @@ fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit:
                     let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
                     let right = if x > 0.0 { split_control(&all, x).1 } else { all };
                     let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
-                    tame(Arc::new(index, [a, b], part, curve.gap), fit, arcs, 0);
+                    tame(&Arc::new(index, [a, b], part, curve.gap), fit, arcs, 0);
                 }
             }
         }
@@ -205,14 +226,14 @@ fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit:
 
 /// Halves an arc until it is tame. Where the curve runs along the sight line and comes back on the screen, the one arc that is
 /// left in the end is as long as the square of its part of the parameter.
-fn tame(arc: Arc, point: f64, out: &mut Vec<Arc>, depth: u32) {
+fn tame(arc: &Arc, point: f64, out: &mut Keeper, depth: u32) {
     const DEEPEST: u32 = 16;
-    if depth >= DEEPEST || is_tame(&arc, point) {
+    if depth >= DEEPEST || is_tame(arc, point) {
         out.push(arc);
     } else {
         let (l, r) = arc.halves();
-        tame(l, point, out, depth + 1);
-        tame(r, point, out, depth + 1);
+        tame(&l, point, out, depth + 1);
+        tame(&r, point, out, depth + 1);
     }
 }
 
@@ -236,7 +257,7 @@ type Node = (f64, DVec3, DVec3);
 impl Fit<'_> {
     /// Cubic Hermite arcs within the tolerance between two places of one segment. The error falls with the fourth power
     /// of the length, so a few halvings reach any tolerance; it is measured at three inner points.
-    fn hermite(&self, from: Node, to: Node, out: &mut Vec<Arc>, depth: u32) {
+    fn hermite(&self, from: Node, to: Node, out: &mut Keeper, depth: u32) {
         const DEEPEST: u32 = 12;
         let ((t0, p0, d0), (t1, p1, d1)) = (from, to);
         let h = t1 - t0;
@@ -258,7 +279,7 @@ impl Fit<'_> {
         }
         if depth >= DEEPEST || (error <= enough && tame) {
             let error = self.tolerance.max(2.0 * error) + self.curve.gap;
-            out.push(Arc::new(self.index, [t0, t1], arc.points, error));
+            out.push(&Arc::new(self.index, [t0, t1], arc.points, error));
         } else {
             self.hermite(from, (m, pm, dm), out, depth + 1);
             self.hermite((m, pm, dm), to, out, depth + 1);
@@ -292,7 +313,9 @@ mod tests {
             let p = if w < 1.0 { middle + DVec2::new(0.0, y) } else { middle + DVec2::new(x, y) };
             DVec4::new(p.x * w, p.y * w, 0.0, w)
         });
-        Arcs { curves: alloc::vec![Box::new([Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0).kept()])] }
+        let mut keeper = Keeper::default();
+        keeper.push(&Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0));
+        Arcs { curves: alloc::vec![keeper.take()] }
     }
 
     #[test]

@@ -1,9 +1,8 @@
 //! Where two arcs meet on the screen: strips, cone test, Newton, and subdivision between them (Elber and Cohen 1989, §4).
 
 use alloc::vec::Vec;
-use core::ops::Deref;
 
-use glam::{DVec2, DVec4};
+use glam::DVec2;
 
 use super::PROBES;
 use super::alongside::alongside;
@@ -92,7 +91,7 @@ const MOST_STEPS: u32 = 50;
 
 /// Bézier parameter of the point of an arc nearest to `p` on the screen, and its distance: Gauss–Newton from the foot on
 /// the chord, good for arcs whose tangents stay within a right angle of their chord.
-pub(crate) fn nearest(arc: &Arc<impl Deref<Target = [DVec4]>>, p: DVec2) -> (f64, f64) {
+pub(crate) fn nearest(arc: &Arc, p: DVec2) -> (f64, f64) {
     let (a, b) = arc.ends();
     let chord = b - a;
     let squared = chord.length_squared();

@@ -14,6 +14,7 @@ mod intersect;
 mod meeting;
 mod pierce;
 pub mod region;
+mod run;
 
 use alloc::vec::Vec;
 
@@ -27,7 +28,7 @@ use crate::view::Patch;
 pub use arcs::Arcs;
 pub use cluster::{Clusters, clusters};
 
-use arc::{Arc, Control, Kept};
+use arc::{Arc, Control};
 use intersect::{Work, meetings, nearest};
 use meeting::Meeting;
 use pierce::Sheets;
@@ -165,7 +166,7 @@ pub fn arrange(
     tolerance: Tolerance,
     stop: Stop<'_>,
 ) -> Arrangement {
-    let active: Vec<&Kept> = arcs.iter().filter(|a| curves[a.curve].active).collect();
+    let active = Active::new(curves, arcs);
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
     let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
     let splitter = Splitter { curves, arcs, active, grid, sheets, clusters, tolerance };
@@ -182,8 +183,9 @@ pub fn arrange(
         use rayon::prelude::*;
         (0..curves.len()).into_par_iter().map(split).collect()
     };
+    // One after the other, so that what is found is in memory once.
     #[cfg(not(feature = "parallel"))]
-    let parts: Vec<_> = (0..curves.len()).map(split).collect();
+    let parts = (0..curves.len()).map(split);
     let mut stats = ArrangeStats { curves: curves.len() as u64, ..ArrangeStats::default() };
     let (mut pieces, mut lengths) = (Vec::new(), Vec::with_capacity(curves.len()));
     for (part, table, work) in parts {
@@ -199,6 +201,7 @@ pub fn arrange(
         lengths.push(table);
     }
     stats.pieces = pieces.len() as u64;
+    pieces.shrink_to_fit();
     Arrangement { pieces, lengths, stats }
 }
 
@@ -244,12 +247,41 @@ pub fn intersect(a: &[DVec4], b: &[DVec4], resolution: f64) -> Option<Intersecti
     Some(out)
 }
 
+/// The arcs of active curves, counted through.
+struct Active<'a> {
+    arcs: &'a Arcs,
+    /// Each active curve, and how many arcs those before it have.
+    curves: Vec<(usize, usize)>,
+}
+
+impl<'a> Active<'a> {
+    fn new(curves: &[SurfaceCurve], arcs: &'a Arcs) -> Self {
+        let mut before = 0;
+        let active = (0..curves.len()).filter(|&k| curves[k].active).map(|curve| {
+            let here = before;
+            before += arcs.count(curve);
+            (curve, here)
+        });
+        Self { curves: active.collect(), arcs }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = Arc> + Clone {
+        self.curves.iter().flat_map(|&(curve, _)| self.arcs.of(curve))
+    }
+
+    fn get(&self, k: usize) -> Option<Arc> {
+        let last = self.curves.partition_point(|&(_, before)| before <= k).checked_sub(1)?;
+        let (curve, before) = *self.curves.get(last)?;
+        self.arcs.arc(curve, k - before)
+    }
+}
+
 /// Everything that curves are split by.
 struct Splitter<'a> {
     curves: &'a [SurfaceCurve],
     arcs: &'a Arcs,
     /// The arcs of active curves, and where they are.
-    active: Vec<&'a Kept>,
+    active: Active<'a>,
     grid: Grid,
     sheets: Sheets<'a>,
     clusters: &'a Clusters,
@@ -266,13 +298,13 @@ impl Splitter<'_> {
         let mut cuts: Vec<(f64, Cut)> = curve.splits.iter().map(|&t| (t, Cut::Own)).collect();
         let (mut overlaps, mut pierced) = (Vec::new(), Vec::new());
         let (mut near, mut found) = (Vec::new(), Vec::new());
-        for kept in arcs.of(index) {
-            let arc = &kept.opened();
+        for arc in arcs.of(index) {
+            let arc = &arc;
             stats.undecided += self.sheets.piercings(arc, &curve.surfaces, &mut pierced);
             let margin = DVec2::splat(resolution);
             self.grid.near(arc.lo - margin, arc.hi + margin, &mut near);
             for &k in &near {
-                let other = self.active[k as usize];
+                let Some(other) = &self.active.get(k as usize) else { continue };
                 // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there; unless it
                 // runs along the sight line there and comes back beside itself.
                 let follows = other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1];
@@ -290,7 +322,6 @@ impl Splitter<'_> {
                     continue;
                 }
                 stats.pairs_near += 1;
-                let other = &other.opened();
                 found.clear();
                 meetings(arc, other, resolution, &mut found, &mut work);
                 for m in &found {
@@ -306,10 +337,7 @@ impl Splitter<'_> {
                             }
                         }
                         Meeting::Overlap { a, za, zb, .. } => {
-                            let theirs = (&curves[other.curve], arcs.of(other.curve));
-                            if zb < za - resolution
-                                || own_contact(curve, theirs, a, (arcs.of(index), table), self.tolerance)
-                            {
+                            if zb < za - resolution || self.own_contact((index, table), other.curve, a) {
                                 continue;
                             }
                             // Of a curve that comes back along itself, seen edge-on, the nearer part is drawn, or the first.
@@ -360,54 +388,50 @@ impl Splitter<'_> {
         let reach = 2.0 * least / sine.max(FLATTEST);
         let l = table.length_at(a);
         let (end, joint, gap) = if 2.0 * l <= table.total() {
-            (curve.domain[0], self.arcs.of(index).first()?.jet(0.0).0, l)
+            (curve.domain[0], self.arcs.of(index).next()?.jet(0.0).0, l)
         } else {
-            (curve.domain[1], self.arcs.of(index).last()?.jet(1.0).0, table.total() - l)
+            (curve.domain[1], self.arcs.of(index).next_back()?.jet(1.0).0, table.total() - l)
         };
         if gap > reach {
             return None;
         }
-        let apart = |arc: &Kept| {
+        let apart = |arc: Arc| {
             let margin = DVec2::splat(2.0 * least);
             let p = joint.truncate();
             let near = p.cmpge(arc.lo - margin).all() && p.cmple(arc.hi + margin).all();
-            near && arc.jet(nearest(arc, p).0).0.distance(joint) <= 2.0 * least.max(self.tolerance.contact)
+            near && arc.jet(nearest(&arc, p).0).0.distance(joint) <= 2.0 * least.max(self.tolerance.contact)
         };
-        self.arcs.of(other.curve).iter().any(apart).then_some(end)
+        self.arcs.of(other.curve).any(apart).then_some(end)
     }
-}
 
-/// Whether an overlap is the tangency of a curve with the silhouette of its own surface. Both then touch in space at a
-/// place that is already known exactly, from parameter space, and run apart from there. Near a cusp another branch of the
-/// silhouette may run as near on the screen, but that one is nearer to the eye, or farther.
-fn own_contact(
-    c: &SurfaceCurve,
-    other: (&SurfaceCurve, &[Kept]),
-    t: [f64; 2],
-    (arcs, table): (&[Kept], &LengthTable),
-    Tolerance { resolution, contact }: Tolerance,
-) -> bool {
-    let traced = |c: &SurfaceCurve| matches!(c.path, Path::Traced(_));
-    if traced(c) || !traced(other.0) || !c.surfaces.contains(&other.0.surface) {
-        return false;
+    /// Whether an overlap over the interval `t` is the tangency of a curve with the silhouette of its own surface. Both then touch
+    /// in space at a place that is already known exactly, from parameter space, and run apart from there. Near a cusp another
+    /// branch of the silhouette may run as near on the screen, but that one is nearer to the eye, or farther.
+    fn own_contact(&self, (index, table): (usize, &LengthTable), other: usize, t: [f64; 2]) -> bool {
+        let Tolerance { resolution, contact } = self.tolerance;
+        let (c, silhouette) = (&self.curves[index], &self.curves[other]);
+        let traced = |c: &SurfaceCurve| matches!(c.path, Path::Traced(_));
+        if traced(c) || !traced(silhouette) || !c.surfaces.contains(&silhouette.surface) {
+            return false;
+        }
+        let (l0, l1) = (table.length_at(t[0].min(t[1])), table.length_at(t[0].max(t[1])));
+        // A tangency of curvature 1/R stays within the resolution r for √(8 r R); R is at most the picture's size.
+        let reach = libm::sqrt(8.0 * resolution * table.total()).max(l1 - l0);
+        let near = |x: &&f64| (l0 - reach..=l1 + reach).contains(&table.length_at(**x));
+        let touches = |&s: &f64| {
+            let Some(p) = self.arcs.holding(index, s).map(|a| a.at(s)) else { return false };
+            self.arcs.of(other).any(|arc| {
+                let limit = 4.0 * resolution + 2.0 * arc.error;
+                let margin = DVec2::splat(limit);
+                let inside = p.truncate().cmpge(arc.lo - margin).all() && p.truncate().cmple(arc.hi + margin).all();
+                inside && {
+                    let (x, distance) = nearest(&arc, p.truncate());
+                    distance <= limit && (arc.jet(x).0.z - p.z).abs() <= contact
+                }
+            })
+        };
+        c.splits.iter().chain(&c.domain).filter(near).any(touches)
     }
-    let (l0, l1) = (table.length_at(t[0].min(t[1])), table.length_at(t[0].max(t[1])));
-    // A tangency of curvature 1/R stays within the resolution r for √(8 r R); R is at most the picture's size.
-    let reach = libm::sqrt(8.0 * resolution * table.total()).max(l1 - l0);
-    let near = |x: &&f64| (l0 - reach..=l1 + reach).contains(&table.length_at(**x));
-    let touches = |&s: &f64| {
-        let Some(p) = arcs.iter().find(|a| a.t[0] <= s && s <= a.t[1]).map(|a| a.at(s)) else { return false };
-        other.1.iter().any(|arc| {
-            let limit = 4.0 * resolution + 2.0 * arc.error;
-            let margin = DVec2::splat(limit);
-            let inside = p.truncate().cmpge(arc.lo - margin).all() && p.truncate().cmple(arc.hi + margin).all();
-            inside && {
-                let (x, distance) = nearest(arc, p.truncate());
-                distance <= limit && (arc.jet(x).0.z - p.z).abs() <= contact
-            }
-        })
-    };
-    c.splits.iter().chain(&c.domain).filter(near).any(touches)
 }
 
 /// Overlaps with the same curve that follow one another, made one.

@@ -23,15 +23,37 @@ struct Cell {
     hi: DVec3,
 }
 
-/// Where a cell comes from, and its box. Its control points are cut out of the patch again when a curve comes near: there are
-/// far fewer such places than cells.
+/// Where a cell comes from, and its box, rounded outward. Its control points are cut out of the patch again when a curve comes
+/// near: there are far fewer such places than cells.
 struct Place {
     /// Index of the patch.
     patch: u32,
     /// How often it was quartered, and of each time which quarter, two bits a time.
     quarters: (u8, u8),
-    lo: DVec3,
-    hi: DVec3,
+    lo: [f32; 3],
+    hi: [f32; 3],
+}
+
+impl Place {
+    fn new(patch: u32, quarters: (u8, u8), cell: &Cell) -> Self {
+        Self {
+            patch,
+            quarters,
+            lo: cell.lo.to_array().map(rounded_down),
+            hi: (-cell.hi).to_array().map(|x| -rounded_down(x)),
+        }
+    }
+
+    /// Lower and upper corner.
+    fn corners(&self) -> (DVec3, DVec3) {
+        (DVec3::from_array(self.lo.map(f64::from)), DVec3::from_array(self.hi.map(f64::from)))
+    }
+}
+
+/// The next number of single precision that is not greater.
+fn rounded_down(x: f64) -> f32 {
+    let y = x as f32;
+    if f64::from(y) > x { y.next_down() } else { y }
 }
 
 /// The patches, cut into a few cells each, with a broad phase on the screen.
@@ -59,10 +81,14 @@ impl<'a> Sheets<'a> {
         let mut cells = Vec::new();
         for (patch, p) in (0..).zip(patches) {
             Cell::of(p).cut((0, 0), small, &mut |quarters, c| {
-                cells.push(Place { patch, quarters, lo: c.lo, hi: c.hi });
+                cells.push(Place::new(patch, quarters, &c));
             });
         }
-        let grid = Grid::new(cells.iter().map(|c| (c.lo.truncate(), c.hi.truncate())));
+        cells.shrink_to_fit();
+        let grid = Grid::new(cells.iter().map(|c| {
+            let (lo, hi) = c.corners();
+            (lo.truncate(), hi.truncate())
+        }));
         Self { patches, cells, grid, joined, contact }
     }
 
@@ -77,7 +103,8 @@ impl<'a> Sheets<'a> {
         let (lo, hi) = (arc.lo.extend(arc.z[0]), arc.hi.extend(arc.z[1]));
         for k in near {
             let place = &self.cells[k as usize];
-            if place.lo.cmpgt(hi).any() || lo.cmpgt(place.hi).any() {
+            let (low, high) = place.corners();
+            if low.cmpgt(hi).any() || lo.cmpgt(high).any() {
                 continue;
             }
             let patch = self.patches[place.patch as usize];
