@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use crate::arrange::region::{Region, regions};
-use crate::arrange::{Arcs, ArrangeStats, Clusters, Tolerance, arrange, clusters};
+use crate::arrange::{Arcs, ArrangeStats, Arrangement, Clusters, Tolerance, arrange, clusters};
 use crate::extract::adaptive::{AdaptiveOptions, AdaptiveStats, adaptive_curves, cover};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
@@ -20,7 +20,9 @@ use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{self, Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
-use crate::visibility::{ClassifyOptions, Cracks, Method, Occluders, Sighting, Subject, VisibilityStats, classify};
+use crate::visibility::{
+    ClassifyOptions, Cracks, Method, Occluders, Outermost, Sighting, Subject, VisibilityStats, classify,
+};
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,6 +149,12 @@ const TRACE_ANGLE: f64 = 0.2;
 
 /// Distance between rays along a piece, of the size.
 const RAY_SPACING: f64 = 0.02;
+
+/// What visibility is decided of.
+struct Split {
+    arrangement: Arrangement,
+    outermost: Outermost,
+}
 
 /// A scene with its curves extracted; knows how large the picture is.
 pub struct Prepared {
@@ -304,6 +312,11 @@ impl Prepared {
     /// # Errors
     /// If the monitor stops it.
     pub fn sightings(&self, monitor: &dyn Monitor) -> Result<(Vec<Sighting>, Stats), Stopped> {
+        self.seen(self.split(monitor)?, monitor)
+    }
+
+    /// Splits, and finds all that visibility has to know of the arcs.
+    fn split(&self, monitor: &dyn Monitor) -> Result<Split, Stopped> {
         let stops = || monitor.stops();
         let stop = Stop::when(&stops);
         let size = self.view.size();
@@ -319,20 +332,34 @@ impl Prepared {
         };
         let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, &clusters, tolerance, stop);
         stop.check()?;
-        monitor.begin(Stage::Visibility);
-        let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), self.options.cells, stop);
-        stop.check()?;
-        let cracks = Cracks::new(&self.view, &self.stitching, occluders.resolution());
-        let options = ClassifyOptions {
+        let outermost = Outermost::new(&self.curves, &self.arcs, size, &self.classifying());
+        Ok(Split { arrangement, outermost })
+    }
+
+    /// How visibility is decided.
+    fn classifying(&self) -> ClassifyOptions {
+        let size = self.view.size();
+        ClassifyOptions {
             method: self.options.visibility,
             spacing: RAY_SPACING * size,
             resolution: 1e-9 * size,
             count_hidden: self.options.deepest > 0,
-        };
+        }
+    }
+
+    /// Decides the visibility of what is split. No arcs are needed for that.
+    fn seen(&self, split: Split, monitor: &dyn Monitor) -> Result<(Vec<Sighting>, Stats), Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        let Split { arrangement, outermost } = split;
+        monitor.begin(Stage::Visibility);
+        let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), self.options.cells, stop);
+        stop.check()?;
+        let cracks = Cracks::new(&self.view, &self.stitching, occluders.resolution());
         let subject = Subject {
             geometry: self.geometry(),
             curves: &self.curves,
-            arcs: &self.arcs,
+            outermost: &outermost,
             chains: &self.chains,
             arrangement: &arrangement,
             stitching: &self.stitching,
@@ -340,7 +367,7 @@ impl Prepared {
             cracks: &cracks,
             stop,
         };
-        let (sightings, visibility) = classify(&subject, &options);
+        let (sightings, visibility) = classify(&subject, &self.classifying());
         stop.check()?;
         Ok((sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() }))
     }
@@ -369,12 +396,14 @@ impl Prepared {
     /// # Errors
     /// If the monitor stops it.
     pub fn trace_each(
-        self,
+        mut self,
         tolerance: f64,
         monitor: &dyn Monitor,
         draw: &mut dyn FnMut(Stroke),
     ) -> Result<Stats, Stopped> {
-        let (mut sightings, stats) = self.sightings(monitor)?;
+        let split = self.split(monitor)?;
+        self.arcs = Arcs::default();
+        let (mut sightings, stats) = self.seen(split, monitor)?;
         let Self { view, forms, curves, options, .. } = self;
         monitor.begin(Stage::Stroke);
         sightings.retain(|s| s.qi <= options.deepest);

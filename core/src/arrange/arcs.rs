@@ -12,7 +12,7 @@ use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stop::Stop;
 
 /// The curves as arcs, ready to be intersected.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Arcs {
     /// For each curve its arcs.
     curves: Vec<Box<[Run]>>,

@@ -254,7 +254,8 @@ impl Surface {
             let points = (0..nv).flat_map(|iv| rows.iter().skip(iv).step_by(nv).copied()).collect();
             let across = Strip { knots: self.knots_v.clone(), points, width: p + 1 };
             for (v, columns) in across.bezier() {
-                let points = (0..=p).flat_map(|i| columns.iter().skip(i).step_by(p + 1).copied()).collect();
+                let mut points = Vec::with_capacity((p + 1) * (q + 1));
+                points.extend((0..=p).flat_map(|i| columns.iter().skip(i).step_by(p + 1).copied()));
                 patches.push(Patch { surface: surface_index, degree_u: p, degree_v: q, points, u, v });
             }
         }

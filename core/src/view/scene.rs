@@ -130,6 +130,8 @@ impl ViewScene {
                 model.push(m);
             }
         }
+        patches.shrink_to_fit();
+        model.shrink_to_fit();
         let facets = scene.surfaces.iter().map(|s| s.facet).collect();
         Ok(Self { camera: *camera, patches, model, surfaces, trims, borders, facets, lo, hi })
     }

@@ -37,9 +37,45 @@ pub struct ClassifyOptions {
     pub count_hidden: bool,
 }
 
+/// Directions in which the outermost point of the picture is a start. No axis is among them: there a whole edge may be
+/// outermost, and all of its points lie before or behind others.
+const DIRECTIONS: [f64; 6] = [0.31, 1.37, 2.42, 3.53, 4.49, 5.61];
+
+/// Distance from the end of a piece, in resolutions, at which a point counts as clearly inside.
+const MARGIN: f64 = 64.0;
+
 /// Extent of an outermost place, of the size. Along a curve of radius R, what is no farther in than the margin m reaches
 /// over 2 √(2 R m); surfaces lie one behind the other at greater distances than that, or their outlines coincide.
 const OUTLYING: f64 = 1e-2;
+
+impl ClassifyOptions {
+    /// Distance from the end of a piece, screen units, at which a point counts as clearly inside. Locating changes is ten times
+    /// finer than telling crossings apart.
+    pub(super) fn margin(&self) -> f64 {
+        10.0 * MARGIN * self.resolution
+    }
+}
+
+/// The places where a picture reaches farthest out, at which propagation starts: curve and parameter of each. Afterwards the arcs
+/// of the curves are not needed any more.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outermost(Vec<(usize, f64)>);
+
+impl Outermost {
+    /// Those of a picture of this size, in the fixed directions in which there is one such place; none if pieces are asked for by
+    /// rays alone. Cost: linear in the number of arcs.
+    #[must_use]
+    pub fn new(curves: &[SurfaceCurve], arcs: &Arcs, size: f64, options: &ClassifyOptions) -> Self {
+        if options.method == Method::Rays {
+            return Self::default();
+        }
+        let place = |angle: f64| {
+            let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
+            arcs.outermost(curves, direction, options.margin(), OUTLYING * size)
+        };
+        Self(DIRECTIONS.into_iter().filter_map(place).collect())
+    }
+}
 
 /// What is asked about: everything that earlier stages made.
 #[derive(Clone, Copy)]
@@ -48,8 +84,8 @@ pub struct Subject<'a> {
     pub geometry: Geometry<'a>,
     /// All curves.
     pub curves: &'a [SurfaceCurve],
-    /// Their arcs.
-    pub arcs: &'a Arcs,
+    /// Where they are outermost.
+    pub outermost: &'a Outermost,
     /// The silhouettes among them, chained.
     pub chains: &'a SilhouetteChains,
     /// Their pieces.
@@ -70,15 +106,15 @@ impl Subject<'_> {
         1e-5 * self.geometry.view.size()
     }
 
-    /// The piece whose inside holds the outermost point of the picture in a direction, if that is a single place in space:
-    /// nothing lies in front of it.
-    pub(super) fn outermost(&self, direction: DVec2, margin: f64) -> Option<usize> {
-        let (curve, t) = self.arcs.outermost(self.curves, direction, margin, OUTLYING * self.geometry.view.size())?;
-        let table = &self.arrangement.lengths[curve];
-        let l = table.length_at(t);
-        self.arrangement.pieces.iter().position(|p| {
-            let [a, b] = p.t.map(|x| table.length_at(x));
-            p.curve == curve && !p.coincident && a + margin < l && l < b - margin
+    /// The pieces whose insides hold the outermost places of the picture: nothing lies in front of them.
+    pub(super) fn outermost(&self, margin: f64) -> impl Iterator<Item = usize> {
+        self.outermost.0.iter().filter_map(move |&(curve, t)| {
+            let table = &self.arrangement.lengths[curve];
+            let l = table.length_at(t);
+            self.arrangement.pieces.iter().position(|p| {
+                let [a, b] = p.t.map(|x| table.length_at(x));
+                p.curve == curve && !p.coincident && a + margin < l && l < b - margin
+            })
         })
     }
 
@@ -160,10 +196,10 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
             all.push((k, Sighting { curve: pieces[k].curve, t: pieces[k].t, qi, certainty: Certainty::Proven }));
         }
     }
-    for (k, (seen, s)) in asked.iter().zip(ask_all(subject, options, &asked)) {
-        all.extend(seen.into_iter().map(|sighting| (*k, sighting)));
-        stats.add(s);
-    }
+    ask_all(subject, options, &asked, &mut |k, seen, counted| {
+        all.extend(seen.into_iter().map(|sighting| (k, sighting)));
+        stats.add(counted);
+    });
     all.sort_by_key(|a| a.0);
     let all: Vec<Sighting> = all.into_iter().map(|a| a.1).collect();
     for s in &all {
@@ -172,12 +208,13 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
     (all, stats)
 }
 
-/// Fires rays along pieces, by their indices.
+/// Fires rays along pieces, by their indices, and hands on what they tell in that order.
 fn ask_all(
     subject: &Subject<'_>,
     options: &ClassifyOptions,
     pieces: &[usize],
-) -> Vec<(Vec<Sighting>, VisibilityStats)> {
+    told: &mut dyn FnMut(usize, Vec<Sighting>, VisibilityStats),
+) {
     let look = |scratch: &mut RayScratch, k: &usize| {
         if subject.stop.is_wanted() {
             return (Vec::new(), VisibilityStats::default());
@@ -189,12 +226,17 @@ fn ask_all(
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
-        pieces.par_iter().map_init(RayScratch::default, look).collect()
+        let all: Vec<_> = pieces.par_iter().map_init(RayScratch::default, look).collect();
+        pieces.iter().zip(all).for_each(|(&k, (seen, counted))| told(k, seen, counted));
     }
+    // One after the other, so that what they tell is in memory once.
     #[cfg(not(feature = "parallel"))]
     {
         let mut scratch = RayScratch::default();
-        pieces.iter().map(|k| look(&mut scratch, k)).collect()
+        for k in pieces {
+            let (seen, counted) = look(&mut scratch, k);
+            told(*k, seen, counted);
+        }
     }
 }
 

@@ -25,7 +25,7 @@ mod propagate;
 mod ray;
 
 pub use certainty::Certainty;
-pub use classify::{ClassifyOptions, Doubt, Method, Sighting, Subject, VisibilityStats, classify};
+pub use classify::{ClassifyOptions, Doubt, Method, Outermost, Sighting, Subject, VisibilityStats, classify};
 pub use crack::Cracks;
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};

@@ -7,8 +7,6 @@ use alloc::collections::VecDeque;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use glam::DVec2;
-
 use super::RayScratch;
 use super::classify::{ClassifyOptions, Subject, VisibilityStats, Watch};
 use super::links::{Link, links};
@@ -16,28 +14,17 @@ use super::links::{Link, links};
 /// What is known of a piece: sheets in front.
 type Known = Option<u32>;
 
-/// Directions in which the outermost point of the picture is a start. No axis is among them: there a whole edge may be
-/// outermost, and all of its points lie before or behind others.
-const DIRECTIONS: [f64; 6] = [0.31, 1.37, 2.42, 3.53, 4.49, 5.61];
-
-/// Distance from the end of a piece, in resolutions, at which a point counts as clearly inside.
-const MARGIN: f64 = 64.0;
-
 /// Sheets in front of every piece that links tell, by its index; pieces that links contradict each other about, and
 /// pieces without a clear ray, are left open.
 pub(super) fn propagate(subject: &Subject<'_>, options: &ClassifyOptions, stats: &mut VisibilityStats) -> Vec<Known> {
     let pieces = &subject.arrangement.pieces;
-    // Locating changes is ten times finer than telling crossings apart.
-    let margin = 10.0 * MARGIN * options.resolution;
+    let margin = options.margin();
     let links = links(subject, margin);
     let graph = Graph::new(pieces.len(), &links);
     let mut known: Vec<Known> = vec![None; pieces.len()];
     let mut queue = VecDeque::new();
-    for angle in DIRECTIONS {
-        let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
-        if let Some(k) = subject.outermost(direction, margin)
-            && known[k].is_none()
-        {
+    for k in subject.outermost(margin) {
+        if known[k].is_none() {
             known[k] = Some(0);
             graph.spread(k, &mut known, &mut queue);
         }
