@@ -14,8 +14,8 @@ use super::{elf, is_faithful, recording};
 /// Instructions in a millisecond of the emulated boards, by `-icount shift=5`.
 const INSTRUCTIONS_PER_MS: u64 = 1_000_000 / 32;
 
-/// Flash that a board may take with the core, bytes: what the emulated ones have is more. Boards of 512 KiB are the aim, which calls for a smaller core.
-const FLASH_MAX: u64 = 1200 * 1024;
+/// Flash that a board may take with the core, bytes.
+const FLASH_MAX: u64 = 512 * 1024;
 
 /// Longest time that a board may compute.
 const PATIENCE: Duration = Duration::from_secs(1200);
