@@ -146,6 +146,7 @@ mod segment;
 mod serve;
 mod settings;
 mod stepper;
+mod stopwatch;
 mod storage;
 mod system;
 
@@ -165,4 +166,5 @@ pub use runtime::{Cadence, Foreground, Shared};
 pub use serve::{pump, serve};
 pub use settings::{MAX_STEP_RATE, Settings};
 pub use stepper::{Command, Drawn, IDLE_US, SEGMENTS, StepSink, Stepper, Steps};
+pub use stopwatch::{Mechanics, Slice, Stopwatch};
 pub use storage::{NoStorage, NoStorageError, RECORD_BYTES, slot_bytes};

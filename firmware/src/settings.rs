@@ -4,6 +4,7 @@ use crate::axis::{AXES, Axes};
 use crate::error::Error;
 use crate::kinematics::{Hanging, Kinematics};
 use crate::pen::PenMotion;
+use crate::stopwatch::Mechanics;
 
 /// Highest step rate of one motor that settings may ask for, in steps per second; with a pulse of `$0` µs no more than 500,000 / `$0` either, so that the step signal
 /// is low for as long as it is high.
@@ -16,7 +17,7 @@ pub const MAX_STEP_RATE: f64 = 200_000.0;
 /// Largest distance of a motor from the origin in steps, so that the difference of two targets fits i32.
 const MAX_STEPS: f64 = 1_073_741_823.0;
 
-/// Everything that `$$` lists. Only [`Settings::set`] changes a value, so all of them are in range.
+/// Everything that `$$` lists. Only [`Settings::set`] changes a value of a machine's, so all of them are in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// `$0`: width of a step pulse, µs, 1 to 255.
@@ -149,6 +150,12 @@ const HOMING: u8 = 1 << 0;
 const HOME_IS_ORIGIN: u8 = 1 << 3;
 
 impl Settings {
+    /// Those of another machine, whose steps are as fine as this one's.
+    pub(crate) fn of(mechanics: &Mechanics) -> Self {
+        let Mechanics { max_rate, acceleration, junction_deviation } = *mechanics;
+        Self { max_rate, acceleration, junction_deviation, ..Self::default() }
+    }
+
     /// The value of `$id` and the decimals it is printed with, or `None` for a number that is not a setting.
     #[must_use]
     pub fn get(&self, id: u16) -> Option<(f64, u8)> {

@@ -261,15 +261,34 @@ fn doing(stage: Stage) -> &'static str {
     }
 }
 
-/// The line that says what a drawing is: strokes, ink, travel, lifts, and the time it will take.
+/// The lines that say what a drawing is: strokes, ink, travel, lifts, and the time it will take; and of each layer, if there are several.
 #[must_use]
 pub fn summary(name: &str, stats: &crate::stats::Stats) -> String {
+    let duration = |seconds: f64| duration_text(Duration::try_from_secs_f64(seconds).unwrap_or_default());
     let s = &stats.strokes;
-    let duration = duration_text(Duration::try_from_secs_f64(stats.estimate_s).unwrap_or_default());
-    format!(
-        "{name}: {} strokes, {:.0} mm of ink, {:.0} mm of travel, {} lifts, about {duration}",
-        s.count, s.ink_mm, s.travel_mm, s.lifts
-    )
+    let mut text = format!(
+        "{name}: {} strokes, {:.0} mm of ink, {:.0} mm of travel, {} lifts, about {}",
+        s.count,
+        s.ink_mm,
+        s.travel_mm,
+        s.lifts,
+        duration(stats.estimate_s)
+    );
+    if let [_, _, ..] = stats.layers[..] {
+        for layer in &stats.layers {
+            let line = format!(
+                "\n  {} with pen {}: {:.0} mm of ink, {:.0} mm of travel, {} lifts, about {}",
+                layer.layer,
+                layer.pen,
+                layer.ink_mm,
+                layer.travel_mm,
+                layer.lifts,
+                duration(layer.seconds)
+            );
+            text.push_str(&line);
+        }
+    }
+    text
 }
 
 /// A time as its reader would say it: to the second, and to the minute from an hour on.

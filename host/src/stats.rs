@@ -7,13 +7,9 @@ use penvis_core::pipeline::{self, Stage};
 use penvis_core::visibility;
 use serde::Serialize;
 
-use crate::device::{Device, Language, Pen};
+use crate::device::Device;
 use crate::drawing::Drawing;
-use crate::emit;
-use crate::trace::hpgl;
-
-/// Grid in mm on which strokes are counted: that of G-code, so that strokes which meet there are one.
-const GRID_MM: f64 = 0.001;
+use crate::estimate::{Estimate, LayerEstimate};
 
 /// Counts and times of one run, as `--stats` writes them.
 #[derive(Clone, Debug, Serialize)]
@@ -36,6 +32,8 @@ pub struct Stats {
     pub strokes: StrokeStats,
     /// Time that the plotter will take, in s.
     pub estimate_s: f64,
+    /// What each layer takes.
+    pub layers: Vec<LayerEstimate>,
     /// Largest memory of the process in bytes; `null` where the system does not tell.
     pub peak_bytes: Option<u64>,
 }
@@ -238,7 +236,14 @@ impl Stats {
     #[must_use]
     pub fn new(core: &pipeline::Stats, seconds: Seconds, drawing: &Drawing, device: &Device) -> Self {
         let (silhouette, arrange, visibility) = (&core.silhouette, &core.arrange, &core.visibility);
-        let (strokes, estimate_s) = measure(drawing, device);
+        let estimate = Estimate::new(drawing, device);
+        let strokes = StrokeStats {
+            count: drawing.polylines.len() as u64,
+            ink_mm: estimate.layers.iter().map(|layer| layer.ink_mm).sum(),
+            travel_mm: estimate.travel_mm(),
+            lifts: estimate.layers.iter().map(|layer| layer.lifts).sum(),
+            points: drawing.polylines.iter().map(|p| p.page.len() as u64).sum(),
+        };
         let place = |part: &UndecidedPart| UndecidedPlace {
             surface: part.surface,
             u: part.u,
@@ -289,7 +294,8 @@ impl Stats {
                 undecided: doubts(&visibility.undecided),
             },
             strokes,
-            estimate_s,
+            estimate_s: estimate.seconds(),
+            layers: estimate.layers,
             peak_bytes: peak_bytes(),
         }
     }
@@ -349,63 +355,6 @@ fn short(x: f64) -> String {
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { digits.parse::<f64>().unwrap_or(x).to_string() } else { digits }
 }
 
-/// The strokes of a drawing, and the seconds that `device` takes for them.
-///
-/// The estimate takes every stroke and every travel for one straight move from rest to rest. Corners cost more than that,
-/// so it is a lower bound of what a machine with these feeds and this acceleration does.
-fn measure(drawing: &Drawing, device: &Device) -> (StrokeStats, f64) {
-    let mut stats = StrokeStats {
-        count: drawing.polylines.len() as u64,
-        points: drawing.polylines.iter().map(|p| p.page.len() as u64).sum(),
-        ..StrokeStats::default()
-    };
-    let travel = device.travel_feed / 60.0;
-    let lift = lift_seconds(device);
-    let mut seconds = 0.0;
-    let mut at = [0, 0];
-    for run in emit::runs(drawing, GRID_MM, |p| p) {
-        let Some((first, last)) = run.points.first().zip(run.points.last()) else { continue };
-        let draw = drawing.pens.draw_feed(run.pen, device.draw_feed) / 60.0;
-        let (up, down) = (distance(at, *first), run.points.windows(2).map(|w| distance(w[0], w[1])).sum::<f64>());
-        stats.travel_mm += up;
-        stats.ink_mm += down;
-        stats.lifts += 1;
-        seconds += move_seconds(up, travel, device.acceleration) + move_seconds(down, draw, device.acceleration) + lift;
-        at = *last;
-    }
-    let home = distance(at, [0, 0]);
-    stats.travel_mm += home;
-    (stats, seconds + move_seconds(home, travel, device.acceleration))
-}
-
-fn distance(a: [i64; 2], b: [i64; 2]) -> f64 {
-    ((b[0] - a[0]) as f64).hypot((b[1] - a[1]) as f64) * GRID_MM
-}
-
-/// Time in s to lower and raise the pen.
-fn lift_seconds(device: &Device) -> f64 {
-    match &device.language {
-        Language::Hpgl(_) => 2.0 * hpgl::LIFT_S,
-        Language::Grbl(gcode) | Language::Marlin(gcode) => match gcode.pen {
-            Pen::Servo { raise_s, lower_s, .. } => raise_s + lower_s,
-            Pen::Z { up_mm, down_mm, feed, soft_mm, soft_feed } => {
-                let seconds = |length: f64, feed: f64| move_seconds(length, feed / 60.0, device.acceleration);
-                let height = up_mm - down_mm;
-                seconds(height, feed) + seconds(height - soft_mm, feed) + seconds(soft_mm, soft_feed)
-            }
-        },
-    }
-}
-
-/// Time in s of a straight move of `length` mm from rest to rest, at `speed` mm/s at most.
-fn move_seconds(length: f64, speed: f64, acceleration: f64) -> f64 {
-    if length * acceleration < speed * speed {
-        2.0 * (length / acceleration).sqrt()
-    } else {
-        length / speed + speed / acceleration
-    }
-}
-
 /// Largest resident memory of this process in bytes, where the system tells it in /proc.
 fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -430,32 +379,6 @@ mod tests {
             polyline(Iso, 1, &[[3.0, 24.0], [3.0, 4.0]]),
         ];
         drawing(297.0, 210.0, lines)
-    }
-
-    #[test]
-    fn strokes_that_meet_are_one_lift() {
-        let (stats, _) = measure(&two_squares_and_a_line(), &find("grbl-servo").unwrap());
-        assert_eq!(stats, StrokeStats { count: 3, ink_mm: 50.0, travel_mm: 20.0, lifts: 2, points: 7 });
-    }
-
-    #[test]
-    fn a_move_is_a_triangle_or_a_trapezoid() {
-        // 100 mm/s and 100 mm/s²: a second and 50 mm to full speed.
-        assert_eq!(move_seconds(0.0, 100.0, 100.0), 0.0);
-        assert_eq!(move_seconds(25.0, 100.0, 100.0), 1.0);
-        assert_eq!(move_seconds(100.0, 100.0, 100.0), 2.0);
-        assert_eq!(move_seconds(300.0, 100.0, 100.0), 4.0);
-    }
-
-    #[test]
-    fn the_estimate_holds_moves_and_lifts() {
-        let mut device = find("grbl-servo").unwrap();
-        (device.draw_feed, device.travel_feed, device.acceleration) = (600.0, 600.0, 1e9);
-        let (_, seconds) = measure(&two_squares_and_a_line(), &device);
-        // 70 mm at 10 mm/s, and 0.35 s for each of two lifts.
-        assert!((seconds - 7.7).abs() < 1e-6, "{seconds}");
-        let (_, hp) = measure(&two_squares_and_a_line(), &find("hp7475a").unwrap());
-        assert!(hp > 0.4 && hp < 1.5, "{hp}");
     }
 
     #[test]
@@ -495,7 +418,7 @@ mod tests {
         };
         assert_eq!(
             keys(""),
-            "arrange estimate_s isocurves model peak_bytes seconds section silhouette strokes visibility"
+            "arrange estimate_s isocurves layers model peak_bytes seconds section silhouette strokes visibility"
         );
         assert_eq!(keys("/model"), "patches surfaces trims");
         assert_eq!(keys("/seconds"), "arrange emit extract page read stitch stroke total view visibility");

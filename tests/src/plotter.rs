@@ -99,7 +99,7 @@ pub fn ink(recording: &Recording, drawing: &Drawing, device: &Device) -> Drawing
 }
 
 /// Wants to know nothing, and never lets a job wait.
-struct Nobody;
+pub struct Nobody;
 
 impl Observer for Nobody {
     fn progress(&mut self, _: JobProgress) {}

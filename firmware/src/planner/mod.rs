@@ -124,7 +124,6 @@ impl<const BLOCKS: usize> Planner<BLOCKS> {
     }
 
     /// Lines appended since the start; wraps.
-    #[cfg(test)]
     pub(crate) fn lines_appended(&self) -> u32 {
         self.lines
     }

@@ -168,6 +168,10 @@ pub struct Device {
     pub travel_feed: f64,
     /// Acceleration in mm/s².
     pub acceleration: f64,
+    /// How far a corner may be cut in mm: the junction deviation that sets its speed.
+    pub junction_deviation: f64,
+    /// Moves that the controller plans together; one where each comes to rest.
+    pub lookahead: u32,
 }
 
 /// The file as it is written, after inheritance.
@@ -191,8 +195,22 @@ struct Raw {
     draw_feed: f64,
     travel_feed: f64,
     acceleration: f64,
+    #[serde(default = "usual_junction_deviation")]
+    junction_deviation: f64,
+    #[serde(default = "usual_lookahead")]
+    lookahead: u32,
     gcode: Option<RawGcode>,
     hpgl: Option<Hpgl>,
+}
+
+/// GRBL's, as it is shipped.
+fn usual_junction_deviation() -> f64 {
+    0.01
+}
+
+/// GRBL's.
+fn usual_lookahead() -> u32 {
+    15
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -233,6 +251,10 @@ impl Raw {
         positive("draw_feed", self.draw_feed)?;
         positive("travel_feed", self.travel_feed)?;
         positive("acceleration", self.acceleration)?;
+        if !(self.junction_deviation >= 0.0 && self.junction_deviation.is_finite()) {
+            return Err(wrong("junction_deviation", "must be a length in mm, 0 or more"));
+        }
+        nonzero("lookahead", self.lookahead as usize)?;
         for length in self.travel_mm.into_iter().flatten() {
             positive("travel_mm", length)?;
         }
@@ -281,6 +303,8 @@ impl Raw {
             draw_feed: self.draw_feed,
             travel_feed: self.travel_feed,
             acceleration: self.acceleration,
+            junction_deviation: self.junction_deviation,
+            lookahead: self.lookahead,
         })
     }
 }

@@ -9,6 +9,8 @@ use crate::drawing::Drawing;
 pub struct Run {
     /// Pen number, from 1.
     pub pen: u32,
+    /// Index of the polyline that it begins with.
+    pub polyline: usize,
     /// Vertices, neighbours different. A single one is a dot.
     pub points: Vec<[i64; 2]>,
 }
@@ -20,7 +22,7 @@ pub struct Run {
 #[must_use]
 pub fn runs(drawing: &Drawing, unit_mm: f64, place: impl Fn(DVec2) -> DVec2) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    for polyline in &drawing.polylines {
+    for (index, polyline) in drawing.polylines.iter().enumerate() {
         let mut points = polyline.page.iter().map(|p| {
             let at = (place(*p) / unit_mm).round();
             // A cast saturates, and makes 0 of what is not a number.
@@ -29,7 +31,7 @@ pub fn runs(drawing: &Drawing, unit_mm: f64, place: impl Fn(DVec2) -> DVec2) -> 
         let Some(first) = points.next() else { continue };
         match runs.last() {
             Some(run) if run.pen == polyline.pen && run.points.last() == Some(&first) => {}
-            _ => runs.push(Run { pen: polyline.pen, points: vec![first] }),
+            _ => runs.push(Run { pen: polyline.pen, polyline: index, points: vec![first] }),
         }
         if let Some(run) = runs.last_mut() {
             run.points.extend(points);
@@ -56,7 +58,10 @@ mod tests {
         let found = runs(&drawing(10.0, 10.0, lines), 1.0, |p| p);
         assert_eq!(
             found,
-            [Run { pen: 1, points: vec![[0, 0], [1, 0], [5, 5], [9, 9]] }, Run { pen: 2, points: vec![[9, 9]] }]
+            [
+                Run { pen: 1, polyline: 0, points: vec![[0, 0], [1, 0], [5, 5], [9, 9]] },
+                Run { pen: 2, polyline: 2, points: vec![[9, 9]] }
+            ]
         );
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 pub use modal::{Coordinates, Distance, FeedMode, Modal, Motion, Plane, Spindle, Units};
 
-use super::timing::{self, Move};
+use super::timing::{Pace, Timer};
 use super::{Cut, Position, Step, Trace};
 use crate::device::{Device, Dialect, Gcode, Pen};
 use crate::protocol::grbl::{Job, Line, Turn, clean, words};
@@ -25,10 +25,8 @@ pub struct Machine {
     pub pen_change: Vec<String>,
     /// Whose G-code it reads.
     pub dialect: Dialect,
-    /// Speed of `G0`, mm/min.
-    pub travel_feed: f64,
-    /// Acceleration, mm/s².
-    pub acceleration: f64,
+    /// How fast it is.
+    pub pace: Pace,
 }
 
 impl Machine {
@@ -41,13 +39,7 @@ impl Machine {
     /// That of a device that speaks this.
     #[must_use]
     pub fn new(device: &Device, gcode: &Gcode) -> Self {
-        Self {
-            pen: gcode.pen,
-            pen_change: gcode.pen_change.clone(),
-            dialect: gcode.dialect,
-            travel_feed: device.travel_feed,
-            acceleration: device.acceleration,
-        }
+        Self { pen: gcode.pen, pen_change: gcode.pen_change.clone(), dialect: gcode.dialect, pace: Pace::of(device) }
     }
 }
 
@@ -88,14 +80,11 @@ impl Followed {
 /// [`Position::UNKNOWN`] when nothing is known of them. Cost: linear.
 #[must_use]
 pub fn follow(job: &Job, machine: &Machine, before: &Modal, start: Position) -> Followed {
-    let mut follower = Follower::new(machine, before, start);
+    let mut follower = Follower::new(machine, before, start, job.lines().len());
     let steps = job.lines().iter().enumerate().map(|(index, line)| follower.line(index, line)).collect();
     let mut trace = Trace { steps };
-    follower.rest();
-    for (index, seconds) in follower.times {
-        if let Some(step) = trace.steps.get_mut(index) {
-            step.seconds += seconds;
-        }
+    for (step, seconds) in trace.steps.iter_mut().zip(follower.timer.finish()) {
+        step.seconds = seconds;
     }
     Followed { trace, states: follower.states, before: before.clone() }
 }
@@ -109,9 +98,9 @@ struct Follower<'a> {
     /// Whether the pen was up and has not been lifted again: a stroke, or the way down to one.
     in_stroke: bool,
     states: Vec<(usize, Modal)>,
-    /// Motion since the last rest.
-    moves: Vec<Move>,
-    times: Vec<(usize, f64)>,
+    timer: Timer,
+    /// The pen has been moved, and the machine has not been asked how it stands since.
+    unasked: bool,
 }
 
 /// The words of a line, sorted by what they do.
@@ -139,7 +128,7 @@ struct Block {
 }
 
 impl<'a> Follower<'a> {
-    fn new(machine: &'a Machine, before: &Modal, start: Position) -> Self {
+    fn new(machine: &'a Machine, before: &Modal, start: Position, lines: usize) -> Self {
         let mut follower = Self {
             machine,
             modal: before.clone(),
@@ -148,8 +137,8 @@ impl<'a> Follower<'a> {
             pen_down: None,
             in_stroke: false,
             states: Vec::new(),
-            moves: Vec::new(),
-            times: Vec::new(),
+            timer: Timer::new(&machine.pace, lines),
+            unasked: false,
         };
         follower.pen_down = follower.pen_of_state();
         follower
@@ -158,11 +147,12 @@ impl<'a> Follower<'a> {
     fn line(&mut self, index: usize, line: &Line) -> Step {
         let before = self.modal.clone();
         let mut step = Step::default();
+        self.timer.piece(index, line.text.len());
         self.pen_number(line);
         if line.text.starts_with(['$', '[']) {
             self.system(&line.text);
         } else {
-            self.block(index, &line.text, &mut step);
+            self.block(&line.text, &mut step);
         }
         if line.turn != Turn::Streamed {
             self.rest();
@@ -184,6 +174,7 @@ impl<'a> Follower<'a> {
             }
             _ => Cut::None,
         };
+        self.unasked |= step.cut != Cut::None;
         if self.modal != before {
             self.states.push((index, self.modal.clone()));
         }
@@ -205,7 +196,7 @@ impl<'a> Follower<'a> {
         self.rest();
     }
 
-    fn block(&mut self, index: usize, text: &str, step: &mut Step) {
+    fn block(&mut self, text: &str, step: &mut Step) {
         let mut block = Block::default();
         let mut feed = None;
         for (letter, value) in words(text) {
@@ -267,21 +258,21 @@ impl<'a> Follower<'a> {
             self.rest();
         }
         if let Some(seconds) = dwell {
-            self.rest();
             // Days are enough, and a job that asks for more does not overflow anything.
-            step.seconds += seconds.clamp(0.0, 1e6);
+            self.timer.dwell(seconds.clamp(0.0, 1e6));
+            self.ask();
         }
         if block.rests {
             self.rest();
         }
-        self.axis_words(index, &block, unit, step);
+        self.axis_words(&block, unit, step);
         if block.end {
             self.modal.end_program();
         }
     }
 
     /// What the axis words of a line do.
-    fn axis_words(&mut self, index: usize, block: &Block, unit: Option<f64>, step: &mut Step) {
+    fn axis_words(&mut self, block: &Block, unit: Option<f64>, step: &mut Step) {
         let mm = |value: Option<f64>| Some(value? * unit?);
         if block.clear_offset {
             // What G92 had set before the job is cleared with it, and nothing is known of that.
@@ -321,11 +312,11 @@ impl<'a> Follower<'a> {
             self.position = [None; 3];
             return self.rest();
         }
-        self.motion(index, block, unit, start, step);
+        self.motion(block, unit, start, step);
     }
 
     /// Lengths and time of a motion from `start` to where the pen is now.
-    fn motion(&mut self, index: usize, block: &Block, unit: Option<f64>, start: [Option<f64>; 3], step: &mut Step) {
+    fn motion(&mut self, block: &Block, unit: Option<f64>, start: [Option<f64>; 3], step: &mut Step) {
         let end = self.position;
         let still = |axis: usize| block.axes[axis].is_none();
         // An axis that does not move is no unknown of the length.
@@ -345,38 +336,38 @@ impl<'a> Follower<'a> {
             }
             _ => None,
         };
-        let (length, paper, directions) = match &arc {
-            Some(arc) => (arc.length(), arc.length_on_paper(), arc.directions()),
-            None => {
-                let way = to - from;
-                (way.length(), way.truncate().length(), [way.normalize_or_zero(); 2])
-            }
-        };
+        let way = to - from;
+        let paper = arc.as_ref().map_or(way.truncate().length(), Arc::length_on_paper);
         if self.pen_down == Some(true) && self.pen_of_state() == Some(true) {
             step.ink_mm = paper;
         } else {
             step.travel_mm = paper;
         }
-        if length <= 0.0 {
-            return;
+        // On Marlin, G0 is as fast as the feed.
+        let is_rapid = self.modal.motion == Some(Motion::Rapid) && self.machine.dialect != Dialect::Marlin;
+        let feed = self.modal.feed.filter(|feed| *feed > 0.0);
+        if feed.is_none() && !is_rapid {
+            return self.rest();
         }
-        let feed = match self.modal.motion {
-            // On Marlin, G0 is as fast as the feed.
-            Some(Motion::Rapid) if self.machine.dialect != Dialect::Marlin => Some(self.machine.travel_feed),
-            _ => self.modal.feed,
-        };
-        match feed {
-            Some(feed) if feed > 0.0 => {
-                self.moves.push(Move { step: index, length, directions, speed: feed / 60.0 });
-            }
-            _ => self.rest(),
+        let feed = feed.filter(|_| !is_rapid);
+        self.ask();
+        match &arc {
+            Some(arc) => arc.chords().for_each(|chord| self.timer.go(chord, feed)),
+            None if way != DVec3::ZERO => self.timer.go(way, feed),
+            None => {}
+        }
+    }
+
+    /// Where the pen has come up or down, the machine is asked how it stands.
+    fn ask(&mut self) {
+        if std::mem::take(&mut self.unasked) {
+            self.timer.ask();
         }
     }
 
     /// The motion so far ends at rest.
     fn rest(&mut self) {
-        let times = timing::seconds(&self.moves, self.machine.acceleration);
-        self.times.extend(self.moves.drain(..).map(|motion| motion.step).zip(times));
+        self.timer.rest();
     }
 
     /// Whether the pen is down in the state as it is.

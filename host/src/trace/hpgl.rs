@@ -3,11 +3,11 @@
 //! Coordinates are whole plotter units until the job scales, clips, rotates or decorates them: then the plotter alone knows
 //! where its pen is, and so it is after labels, arcs and whatever else is not a plain move.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
-use super::timing::{self, Move};
+use super::timing::{Pace, Timer};
 use super::{Cut, Position, Step, Trace};
-use crate::device::{Device, Hpgl};
+use crate::device::{Device, Hpgl, MM_MIN_PER_CM_S};
 use crate::protocol::hpgl::Job;
 
 /// Largest magnitude of a coordinate or an increment that every plotter takes.
@@ -15,9 +15,7 @@ const LARGEST: i64 = 32_767;
 /// Time that raising or lowering the pen takes, s; the plotters' manuals say about a tenth.
 pub(crate) const LIFT_S: f64 = 0.1;
 /// Time that a change of pens takes, s.
-const CHANGE_S: f64 = 3.0;
-/// Millimetres a second in a centimetre a second, which `VS` counts.
-const MM_PER_CM: f64 = 10.0;
+pub(crate) const CHANGE_S: f64 = 3.0;
 
 /// Instructions that move nothing and leave the coordinates as they are: character sets and sizes, line types, fills, input
 /// masks, speeds, forces.
@@ -229,13 +227,10 @@ impl State {
 pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
     let mut state = State::unknown();
     let mut trace = Trace::default();
-    let (mut moves, mut times) = (Vec::new(), Vec::new());
-    let mut rest = |moves: &mut Vec<Move>| {
-        let seconds = timing::seconds(moves, device.acceleration);
-        times.extend(moves.drain(..).zip(seconds).map(|(motion, time)| (motion.step, time)));
-    };
+    let mut timer = Timer::new(&Pace::of(device), job.instructions().len());
     for (index, instruction) in job.instructions().iter().enumerate() {
         let before = state;
+        timer.piece(index, instruction.len());
         let action = state.follow(instruction);
         let mut step = Step {
             end: position(state.at, language.unit_mm),
@@ -249,14 +244,16 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
             _ => Cut::None,
         };
         if before.down != state.down {
-            rest(&mut moves);
-            step.seconds += LIFT_S;
+            timer.dwell(LIFT_S);
+            if step.cut == Cut::StrokeEnd {
+                timer.ask();
+            }
         }
         match action {
             Action::Move(Motion { path: Path::Through(points), .. }) => {
-                let speed = match state.down {
-                    Some(false) => device.travel_feed / 60.0,
-                    _ => state.speed.map_or(device.draw_feed / 60.0, |speed| speed * MM_PER_CM),
+                let feed = match state.down {
+                    Some(false) => device.travel_feed,
+                    _ => state.speed.map_or(device.draw_feed, |speed| speed * MM_MIN_PER_CM_S),
                 };
                 let mut from = before.at;
                 for to in points {
@@ -270,24 +267,19 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
                         Some(false) => step.travel_mm += length,
                         None => {}
                     }
-                    let direction = DVec3::from((line / length, 0.0));
-                    moves.push(Move { step: index, length, directions: [direction; 2], speed });
+                    timer.go_by_axis(line.extend(0.0), feed);
                 }
             }
             Action::Move(_) | Action::Set => {}
             Action::Select => {
-                rest(&mut moves);
-                step.seconds += CHANGE_S;
+                timer.dwell(CHANGE_S);
             }
-            Action::Unknown => rest(&mut moves),
+            Action::Unknown => timer.rest(),
         }
         trace.steps.push(step);
     }
-    rest(&mut moves);
-    for (index, seconds) in times {
-        if let Some(step) = trace.steps.get_mut(index) {
-            step.seconds += seconds;
-        }
+    for (step, seconds) in trace.steps.iter_mut().zip(timer.finish()) {
+        step.seconds = seconds;
     }
     trace
 }

@@ -8,6 +8,9 @@ pub mod gcode;
 pub mod hpgl;
 mod timing;
 
+pub use timing::Pace;
+pub(crate) use timing::Timer;
+
 use glam::DVec2;
 
 /// What a job does.

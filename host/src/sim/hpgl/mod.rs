@@ -30,9 +30,9 @@ use parser::Parser;
 const BUFFER: usize = 1024;
 /// Vectors that are under way or next.
 const VECTORS: usize = 2;
-/// Speed of the pen in mm/s when nothing else is asked for: 38.1 cm/s.
+/// Speed of each axis in mm/s when nothing else is asked for: 38.1 cm/s.
 const SPEED: f64 = 381.0;
-/// 2 g, in mm/s².
+/// 2 g for each axis, in mm/s².
 const ACCELERATION: f64 = 19_600.0;
 /// Time to lift or lower the pen, ns.
 const LIFT_NS: u64 = 60_000_000;
@@ -208,7 +208,10 @@ impl Hpgl {
             Some(Op::Vector(to)) => self.vector(to),
             Some(Op::Go([x, y])) => {
                 let target = DVec3::new(x, y, 0.0) * self.unit;
-                self.motion.push(Move { target, speed: self.state.speed, acceleration: ACCELERATION, rapid: false });
+                // Each axis has its own motor: along a diagonal the pen is √2 times as fast, and gets there √2 times as soon.
+                let factor = across(target - self.motion.planned());
+                let (speed, acceleration) = (self.state.speed * factor, ACCELERATION * factor);
+                self.motion.push(Move { target, speed, acceleration, rapid: false });
             }
             Some(Op::Tip(down)) if down != self.tip => {
                 self.tip = down;
@@ -394,6 +397,12 @@ impl Peer for Hpgl {
     fn recording(&self) -> Recording {
         self.motion.recording(self.lost)
     }
+}
+
+/// How much longer a way is than its part along the axis on which that is longest: 1 to √2.
+fn across(way: DVec3) -> f64 {
+    let longest = way.abs().max_element();
+    if longest > 0.0 { way.length() / longest } else { 1.0 }
 }
 
 #[cfg(test)]

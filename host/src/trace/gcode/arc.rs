@@ -9,6 +9,9 @@ use super::Plane;
 /// Arcs whose ends are nearer than this angle (rad) are full turns, as for GRBL.
 const FULL_TURN_ANGLE: f64 = 5e-7;
 
+/// Largest distance of chords from the arc, mm.
+const CHORD_TOLERANCE_MM: f64 = 0.002;
+
 /// An arc, or a helix: an arc that moves across its plane at a constant rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
@@ -57,11 +60,6 @@ impl Arc {
         Some(Self { plane, from, to, angle, rise: way[across] })
     }
 
-    /// Length along it, mm.
-    pub(super) fn length(&self) -> f64 {
-        self.in_plane().hypot(self.rise)
-    }
-
     /// Length of its image on the paper, the xy plane, mm. Arcs of other planes are followed by chords of a degree or less.
     pub(super) fn length_on_paper(&self) -> f64 {
         if self.plane == Plane::Xy {
@@ -81,17 +79,22 @@ impl Arc {
         (0..count).map(|k| at(k).distance(at(k + 1))).sum()
     }
 
-    /// Directions at its ends.
-    pub(super) fn directions(&self) -> [DVec3; 2] {
+    /// The chords by which a controller goes along it, as ways in mm: no farther from it than GRBL's arc tolerance as it is shipped ($12).
+    pub(super) fn chords(&self) -> impl Iterator<Item = DVec3> {
         let [a, b, across] = self.plane.axes();
-        let along = |arm: [f64; 2]| {
-            let mut direction = DVec3::ZERO;
-            direction[a] = -arm[1] * self.angle;
-            direction[b] = arm[0] * self.angle;
-            direction[across] = self.rise;
-            direction.normalize_or_zero()
+        let radius = (self.from[0].hypot(self.from[1]) + self.to[0].hypot(self.to[1])) / 2.0;
+        let step = 2.0 * (1.0 - CHORD_TOLERANCE_MM / radius).clamp(0.0, 1.0).acos();
+        // A full turn of the largest arc that fits any paper.
+        let count = (self.angle.abs() / step).ceil().clamp(1.0, 1e5);
+        let at = move |t: f64| {
+            let (sin, cos) = (self.angle * t).sin_cos();
+            let mut at = DVec3::ZERO;
+            at[a] = cos * self.from[0] - sin * self.from[1];
+            at[b] = sin * self.from[0] + cos * self.from[1];
+            at[across] = self.rise * t;
+            at
         };
-        [along(self.from), along(self.to)]
+        (0..count as u32).map(move |k| at(f64::from(k + 1) / count) - at(f64::from(k) / count))
     }
 
     fn in_plane(&self) -> f64 {
