@@ -192,7 +192,8 @@ impl Timer {
     /// A straight move by so many mm, at a feed in mm/min along it or as fast as the axes allow.
     pub(crate) fn go(&mut self, way: DVec3, feed: Option<f64>) {
         let target = self.at + way;
-        if !(target.abs().max_element() <= FARTHEST_MM) {
+        let farthest = target.abs().max_element();
+        if farthest.is_nan() || farthest > FARTHEST_MM {
             // Farther than any paper; whatever it takes is no estimate of a plot.
             return self.rest();
         }
