@@ -300,7 +300,8 @@ fn drawing() -> Drawing {
         (0..20).map(|k| v(100.0 + 2.0 * f64::from(k), 30.0 + f64::from(k % 2) * 7.5)).collect(),
         vec![v(105.0, 50.0), v(105.0, 50.0)],
         circle(v(45.0, 70.0), 4.0, 24),
-        (0..40).map(|k| v(70.0, 75.0) + 0.4 * f64::from(k) * DVec2::from_angle(0.5 * f64::from(k))).collect(),
+        // Longer than what most of the plotters plan ahead, so that lines count as executed while it is drawn.
+        (0..120).map(|k| v(70.0, 75.0) + 0.13 * f64::from(k) * DVec2::from_angle(0.25 * f64::from(k))).collect(),
         vec![v(110.0, 60.0), v(135.5, 88.25)],
         vec![v(120.0, 60.0), v(120.5, 60.0)],
     ];
