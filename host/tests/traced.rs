@@ -3,7 +3,7 @@
 use glam::DVec2;
 use penvis::device::{self, Device, Language};
 use penvis::drawing::{Drawing, Page, Polyline};
-use penvis::emit::{self, Run};
+use penvis::emit;
 use penvis::pens::Pens;
 use penvis::protocol::{grbl, hpgl};
 use penvis::trace::gcode::{Machine, Modal};
@@ -46,17 +46,17 @@ fn polylines() -> impl Strategy<Value = Vec<(u32, Vec<[f64; 2]>)>> {
 }
 
 /// What the pen draws when the device reads the job, on a grid of `unit_mm`.
-fn traced(text: &str, device: &Device, unit_mm: f64) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
+fn traced(text: &str, device: &Device, unit_mm: f64) -> Vec<(u32, Vec<[i64; 2]>)> {
+    let mut runs: Vec<(u32, Vec<[i64; 2]>)> = Vec::new();
     let mut was_down = false;
     let mut draw = |pen: u32, down: bool, points: &[[i64; 2]]| {
         if down && !was_down {
-            runs.push(Run { pen, points: Vec::new() });
+            runs.push((pen, Vec::new()));
         }
         was_down = down;
         if let (true, Some(run)) = (down, runs.last_mut()) {
-            run.points.extend(points);
-            run.points.dedup();
+            run.1.extend(points);
+            run.1.dedup();
         }
     };
     match &device.language {
@@ -110,7 +110,8 @@ proptest! {
                 _ => (emit::gcode(&drawing, &device).unwrap(), GRID_MM),
             };
             let placement = device.place(page).unwrap();
-            let expected = emit::runs(&drawing, unit_mm, |at| placement.to_machine(at));
+            let runs = emit::runs(&drawing, unit_mm, |at| placement.to_machine(at));
+            let expected: Vec<_> = runs.into_iter().map(|run| (run.pen, run.points)).collect();
             prop_assert_eq!(traced(&text, &device, unit_mm), expected, "{}:\n{}", name, text);
             let findings = penvis::preflight::job(text.as_bytes(), &device);
             prop_assert!(
