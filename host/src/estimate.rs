@@ -233,7 +233,8 @@ mod tests {
         // 50 mm of ink and 10 of travel at 10 mm/s, 5 there and 5 back with the longer axis at that, and 0.35 s for each of two lifts.
         assert!((seconds - (5.0 + 1.0 + 0.8 + 0.7)).abs() < 1e-2, "{seconds}");
         let hp = Estimate::new(&two_squares_and_a_line(), &find("hp7475a").unwrap()).seconds();
-        assert!(hp > 0.4 && hp < 1.5, "{hp}");
+        // The pen is taken from its stall first.
+        assert!(hp > 3.4 && hp < 4.5, "{hp}");
     }
 
     #[test]
