@@ -38,7 +38,7 @@ fn damaged_storage_gives_the_defaults_and_says_so() {
 
 #[test]
 fn what_cannot_be_kept_is_refused_and_changes_nothing() {
-    let flash = RamFlash { broken: true, ..RamFlash::default() };
+    let flash = RamFlash { left: 0, ..RamFlash::default() };
     let mut sim = Sim::start(Settings::default(), flash);
     sim.take();
     for line in ["$100=40", "$N0=G20", "$I=NAME", "$RST=#", "G10 L2 P1 X5", "G28.1"] {

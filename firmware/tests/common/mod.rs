@@ -2,10 +2,13 @@
 
 #![allow(dead_code, reason = "each test file is a crate of its own and uses its own part of this")]
 
+mod flash;
+
 use std::collections::VecDeque;
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use penvis_firmware::{Axes, Hardware, Machine, Pen, RECORD_BYTES, Settings};
+use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
+
+pub(crate) use flash::RamFlash;
 
 /// What the hardware was told, in order, with the time in µs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,54 +72,6 @@ impl Hardware for Recorder {
 
     fn set_time(&mut self, now: u64) {
         self.now = now;
-    }
-}
-
-/// A memory of the size of two records, in pages of 64 bytes, which may fail.
-#[derive(Clone, Debug)]
-pub(crate) struct RamFlash {
-    pub(crate) bytes: Vec<u8>,
-    pub(crate) broken: bool,
-}
-
-impl Default for RamFlash {
-    fn default() -> Self {
-        Self { bytes: vec![0xff; 2 * RECORD_BYTES], broken: false }
-    }
-}
-
-impl ErrorType for RamFlash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for RamFlash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, at: u32, into: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        into.copy_from_slice(&self.bytes[at as usize..][..into.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for RamFlash {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 64;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        if self.broken {
-            return Err(NorFlashErrorKind::Other);
-        }
-        self.bytes[from as usize..to as usize].fill(0xff);
-        Ok(())
-    }
-
-    fn write(&mut self, at: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        self.bytes[at as usize..][..bytes.len()].copy_from_slice(bytes);
-        Ok(())
     }
 }
 

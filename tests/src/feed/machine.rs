@@ -2,8 +2,13 @@
 //!
 //! Whatever they are, it does not panic, every line and instruction takes bounded time, and when it is locked by an alarm and stands still its pen is up.
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use penvis_firmware::{Axes, Hardware, Machine, Pen, RECORD_BYTES, Settings};
+// The one of the firmware's own tests.
+#[path = "../../../firmware/tests/common/flash.rs"]
+mod flash;
+
+use penvis_firmware::{Axes, Hardware, Machine, Pen, Settings};
+
+use flash::RamFlash;
 
 /// Step interrupts in which the firmware must have answered, or be about something that takes longer.
 const MOST_TICKS: u32 = 20_000;
@@ -47,64 +52,15 @@ impl Hardware for Parts {
     }
 }
 
-/// A memory whose supply fails after so many bytes of work.
-#[derive(Clone, Debug)]
-struct Memory {
-    bytes: Vec<u8>,
-    left: usize,
-}
-
-impl Memory {
-    fn new() -> Self {
-        Self { bytes: vec![0xff; 2 * RECORD_BYTES], left: usize::MAX }
-    }
-
-    fn work(&mut self, at: usize, value: u8) -> Result<(), NorFlashErrorKind> {
-        self.left = self.left.checked_sub(1).ok_or(NorFlashErrorKind::Other)?;
-        self.bytes[at] = value;
-        Ok(())
-    }
-}
-
-impl ErrorType for Memory {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Memory {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, at: u32, into: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        into.copy_from_slice(&self.bytes[at as usize..][..into.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Memory {
-    const WRITE_SIZE: usize = 1;
-    const ERASE_SIZE: usize = 128;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        (from as usize..to as usize).try_for_each(|at| self.work(at, 0xff))
-    }
-
-    fn write(&mut self, at: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        bytes.iter().enumerate().try_for_each(|(k, byte)| self.work(at as usize + k, *byte))
-    }
-}
-
 /// A machine, and what it has said since it was last looked at.
 struct Sim {
-    machine: Machine<Parts, 15, Memory>,
+    machine: Machine<Parts, 15, RamFlash>,
     said: Vec<u8>,
     ticks: u32,
 }
 
 impl Sim {
-    fn new(changes: &[(u16, f64)], memory: Memory) -> Self {
+    fn new(changes: &[(u16, f64)], memory: RamFlash) -> Self {
         let mut settings = Settings::default();
         for &(id, value) in changes {
             settings.set(id, value).expect("a setting in its range");
@@ -181,7 +137,7 @@ fn is_alarm(report: &str) -> bool {
 
 /// Bytes as they are.
 pub(super) fn lines(bytes: &[u8]) {
-    let mut sim = Sim::new(&[(450, 1.0)], Memory::new());
+    let mut sim = Sim::new(&[(450, 1.0)], RamFlash::default());
     sim.run(bytes, b"?", is_alarm);
     assert!(sim.said.is_ascii());
 }
@@ -282,7 +238,7 @@ const SIGNS: &[u8] = &[0x18, 0x84, 0x85, 0x90, 0x91, 0x92, 0x95, 0x97, 0x99, 0x9
 
 /// Each byte is a word, a real-time byte, or a while of motion.
 pub(super) fn gcode(bytes: &[u8]) {
-    let mut sim = Sim::new(&[(450, 1.0), (21, 1.0), (22, 9.0), (130, 8.0), (131, 8.0), (27, 0.5)], Memory::new());
+    let mut sim = Sim::new(&[(450, 1.0), (21, 1.0), (22, 9.0), (130, 8.0), (131, 8.0), (27, 0.5)], RamFlash::default());
     for part in bytes.chunks(LOOK_EVERY) {
         for &byte in part {
             let index = usize::from(byte);
@@ -307,7 +263,7 @@ pub(super) fn hpgl(bytes: &[u8]) {
     let Some((&first, bytes)) = bytes.split_first() else { return };
     let (language, homing) = (if first & 1 == 0 { 2.0 } else { 0.0 }, if first & 2 == 0 { 0.0 } else { 9.0 });
     let changes = [(450, language), (22, homing), (21, 1.0), (452, 1.0), (130, 50.0), (131, 40.0), (27, 0.5)];
-    let mut sim = Sim::new(&changes, Memory::new());
+    let mut sim = Sim::new(&changes, RamFlash::default());
     let mut goes_on = true;
     for part in bytes.chunks(LOOK_EVERY) {
         goes_on = goes_on && sim.hear_hpgl(part);
@@ -353,7 +309,7 @@ impl Sim {
 pub(super) fn storage(bytes: &[u8]) {
     let Some(([a, b], bytes)) = bytes.split_first_chunk() else { return };
     // Two good records.
-    let mut sim = Sim::new(&[], Memory::new());
+    let mut sim = Sim::new(&[], RamFlash::default());
     sim.run(b"$100=40\nG10L2P1X5\n", b"?", is_alarm);
     let mut memory = sim.machine.storage().clone();
     for (into, byte) in memory.bytes.iter_mut().zip(bytes) {
@@ -381,7 +337,7 @@ pub(super) fn storage(bytes: &[u8]) {
 }
 
 /// What a machine with this memory tells of it.
-fn parameters(memory: Memory) -> String {
+fn parameters(memory: RamFlash) -> String {
     let mut sim = Sim::new(&[], memory);
     sim.settle();
     // Start-up lines take their time.
