@@ -3,25 +3,28 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-/// Regions as `memory.x` of `cortex-m-rt` wants them. The stack begins at the end of RAM.
+/// Regions as `memory.x` of `cortex-m-rt` wants them. The stack begins at the end of RAM. `_scene` is where boards that draw stored scenes find one in their flash, of up to 64 KB;
+/// nothing of the program is there, so that one can be flashed without it.
 fn memory(board: &str) -> Option<&'static str> {
     Some(match board {
         // QEMU's model of both images has 4 MB of each.
         "MPS2_AN386" | "MPS2_AN500" => {
             "MEMORY {
-    FLASH : ORIGIN = 0x00000000, LENGTH = 4M
+    FLASH : ORIGIN = 0x00000000, LENGTH = 4M - 64K
     RAM   : ORIGIN = 0x20000000, LENGTH = 4M
 }
+_scene = ORIGIN(FLASH) + LENGTH(FLASH);
 "
         }
-        // The ROM loads the first 256 bytes, which set up the flash for the rest. The last 8 KB of flash hold the settings.
-        // RAM is the four striped banks and the two small ones after them.
+        // The ROM loads the first 256 bytes, which set up the flash for the rest. The last 8 KB of flash hold the settings, and the 64 KB
+        // before them a scene. RAM is the four striped banks and the two small ones after them.
         "PICO" => {
             "MEMORY {
     BOOT2 : ORIGIN = 0x10000000, LENGTH = 0x100
-    FLASH : ORIGIN = 0x10000100, LENGTH = 2048K - 0x100 - 8K
+    FLASH : ORIGIN = 0x10000100, LENGTH = 2048K - 0x100 - 64K - 8K
     RAM   : ORIGIN = 0x20000000, LENGTH = 264K
 }
+_scene = ORIGIN(FLASH) + LENGTH(FLASH);
 SECTIONS {
     .boot2 ORIGIN(BOOT2) : { KEEP(*(.boot2)) } > BOOT2
 } INSERT BEFORE .text;

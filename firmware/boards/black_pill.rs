@@ -17,7 +17,7 @@
 //! # Theory of operation
 //!
 //! TIM2 counts 32 bits at 96 MHz; its compare channel 1 is the step interrupt. The step pulses begin in one interrupt and end in another, `$0` later; each is one store
-//! to the set-and-reset register of port B, which the eight sets of axes have their words for. USART1 interrupts for each byte received, and, while something is being sent, when it can take the
+//! to the set-and-reset register of port B, which the eight sets of axes have their words for. `$2`, `$3`, `$4` and `$5` invert the signals of the table above. USART1 interrupts for each byte received, and, while something is being sent, when it can take the
 //! next. TIM4 makes the servo's pulses. Priorities are those of `penvis_firmware::Shared`.
 //!
 //! Settings are kept in the second and third sector of the flash, 16 KB each, which the program leaves out. While they are written, which takes up to a second, nothing else happens,
@@ -35,8 +35,15 @@
 //! ```
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
+#[cfg(all(target_os = "none", feature = "scene"))]
+compile_error!("the Black Pill has no memory for stored scenes: build it without the feature `scene`");
+
 #[cfg(target_os = "none")]
 mod handover;
+#[cfg(target_os = "none")]
+mod interrupts;
+#[cfg(target_os = "none")]
+mod thread_mode;
 
 /// The board is what this is for; a host only checks that it compiles.
 #[cfg(not(target_os = "none"))]
@@ -46,13 +53,11 @@ fn main() {}
 mod board {
     use core::convert::Infallible;
 
-    use cortex_m::peripheral::scb::SystemHandler;
-    use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::peripheral::{NVIC, SCB};
     use cortex_m_rt::{entry, exception};
     use embedded_hal::pwm::SetDutyCycle;
     use embedded_io::{ErrorType, Write, WriteReady};
-    use penvis_firmware::{Axes, Cadence, Foreground, Hardware, Pen, Servo, Settings, Shared, Wiring};
+    use penvis_firmware::{Foreground, Levels, Pen, Port, PortMotors, PortPins, Servo, Shared};
     use stm32f4xx_hal::flash::LockedFlash;
     use stm32f4xx_hal::gpio::PinState;
     use stm32f4xx_hal::nb;
@@ -64,37 +69,26 @@ mod board {
     use stm32f4xx_hal::timer::PwmChannel;
 
     use super::handover::Handover;
+    use super::interrupts::{self, BLOCKS, lies_ahead};
     use super::storage::Storage;
+    use super::thread_mode;
 
     const CRYSTAL_MHZ: u32 = 25;
     const CLOCK_MHZ: u32 = 96;
     const BAUD: u32 = 115_200;
 
-    /// Blocks the planner looks ahead.
-    const BLOCKS: usize = 64;
-
-    /// Pins by axis, as bits of the registers.
-    const STEP: [u32; 3] = [1 << 12, 1 << 13, 1 << 14];
-    const DIRECTION: [u32; 3] = [1 << 15, 1 << 10, 1 << 9];
-    const LIMIT: [u32; 3] = [1 << 1, 1 << 2, 1 << 3];
-    const ENABLE: u32 = 1 << 8;
     /// From the bit that sets a pin to the bit that resets it.
     const RESET: u32 = 16;
 
-    /// Priorities, of which the upper 4 bits count: lower is more urgent.
-    const STEP_PRIORITY: u8 = 0x00;
-    const SERIAL_PRIORITY: u8 = 0x40;
-    const FOREGROUND_PRIORITY: u8 = 0xf0;
-
-    static SHARED: Shared<Motors> = Shared::new();
+    static SHARED: Shared<PortMotors<Pins>> = Shared::new();
 
     static RECEIVER: Handover<Rx<pac::USART1>> = Handover::new();
-    static SENDER: Handover<Tx<pac::USART1>> = Handover::new();
-    static FLASH: Handover<LockedFlash> = Handover::new();
+    static SENDER: Handover<Sender> = Handover::new();
+    static STORAGE: Handover<Storage> = Handover::new();
 
     #[entry]
     fn main() -> ! {
-        let (Some(board), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take()) else {
+        let (Some(board), Some(core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take()) else {
             unreachable!("the peripherals are taken once")
         };
         // Half of it for the slow bus, whose timers run at twice that.
@@ -110,8 +104,8 @@ mod board {
         let (sender, mut receiver) = port.split();
         receiver.listen();
         RECEIVER.give(receiver);
-        SENDER.give(sender);
-        FLASH.give(LockedFlash::new(board.FLASH));
+        SENDER.give(Sender(sender));
+        STORAGE.give(Storage(LockedFlash::new(board.FLASH)));
 
         // From now on all of these pins are driven by their common registers.
         b.pb12.into_push_pull_output_in_state(PinState::Low);
@@ -141,32 +135,9 @@ mod board {
         timer.dier().write(|w| w.cc1ie().enabled());
         timer.cr1().write(|w| w.cen().enabled());
 
-        SHARED.start(Motors { pwm, servo, words: [0; 8], wiring: Wiring::default() }, now());
-
-        #[allow(unsafe_code, reason = "cortex-m cannot know which priorities the program's critical sections rely on")]
-        // SAFETY: all critical sections disable every interrupt, whatever its priority.
-        unsafe {
-            core.NVIC.set_priority(pac::Interrupt::TIM2, STEP_PRIORITY);
-            core.NVIC.set_priority(pac::Interrupt::USART1, SERIAL_PRIORITY);
-            core.SCB.set_priority(SystemHandler::PendSV, FOREGROUND_PRIORITY);
-            core.SCB.set_priority(SystemHandler::SysTick, FOREGROUND_PRIORITY);
-        }
-        core.SYST.set_clock_source(SystClkSource::Core);
-        core.SYST.set_reload(CLOCK_MHZ * 1000 - 1);
-        core.SYST.clear_current();
-        core.SYST.enable_interrupt();
-        core.SYST.enable_counter();
-        for irq in [pac::Interrupt::TIM2, pac::Interrupt::USART1] {
-            #[allow(unsafe_code, reason = "letting an interrupt in may break a critical section that masks by it")]
-            // SAFETY: none does.
-            unsafe {
-                NVIC::unmask(irq);
-            }
-        }
-        NVIC::pend(pac::Interrupt::TIM2);
-        loop {
-            cortex_m::asm::wfi();
-        }
+        SHARED.start(PortMotors::new(Pins { pwm, servo }), now());
+        interrupts::start(core, CLOCK_MHZ * 1_000_000, pac::Interrupt::TIM2, &[pac::Interrupt::USART1]);
+        thread_mode::run()
     }
 
     /// Ticks since the start, modulo 2³².
@@ -192,64 +163,51 @@ mod board {
         }
     }
 
-    /// The bits of `axes` among the pins of three axes.
-    fn word(of: [u32; 3], axes: Axes) -> u32 {
-        (0..3).filter(|&axis| axes.contains(axis)).map(|axis| of[axis]).sum()
+    /// A change of pins as the register takes it.
+    fn word(levels: Levels) -> u32 {
+        levels.high | levels.low << RESET
     }
 
-    struct Motors {
+    /// The pins of port B, and for the limit switches those of port A.
+    struct Pins {
         pwm: PwmChannel<pac::TIM4, 0>,
         servo: Servo,
-        /// Step pins of each set of axes.
-        words: [u32; 8],
-        wiring: Wiring,
     }
 
-    impl Hardware for Motors {
+    impl Port for Pins {
         const TICKS_PER_US: u32 = CLOCK_MHZ;
-        const TICK_ENDS_PULSE: bool = true;
+        const PINS: PortPins = PortPins {
+            step: [1 << 12, 1 << 13, 1 << 14],
+            direction: [1 << 15, 1 << 10, 1 << 9],
+            enable: 1 << 8,
+            limit: [1 << 1, 1 << 2, 1 << 3],
+        };
 
-        fn set_directions(&mut self, negative: Axes) {
-            let high = Axes::from_bits(negative.bits() ^ self.wiring.invert_directions.bits());
-            drive(word(DIRECTION, high) | word(DIRECTION, Axes::from_bits(!high.bits())) << RESET);
+        type Word = u32;
+
+        fn word(levels: Levels) -> u32 {
+            word(levels)
         }
 
         #[inline]
-        fn step(&mut self, axes: Axes) {
-            drive(self.words[usize::from(axes.bits() & 7)]);
+        fn drive(&mut self, word: u32) {
+            drive(word);
         }
 
-        #[inline]
-        fn end_step(&mut self) {
-            drive(self.words[7] << RESET);
+        fn levels(&mut self) -> u32 {
+            #[allow(unsafe_code, reason = "the port has no owner")]
+            // SAFETY: the register exists, and reading it does nothing else.
+            unsafe {
+                (*pac::GPIOA::ptr()).idr().read().bits()
+            }
         }
 
         fn set_pen(&mut self, pen: Pen) {
             let Ok(()) = self.pwm.set_duty_cycle(self.servo.pulse_us(pen));
         }
 
-        fn enable_motors(&mut self, on: bool) {
-            drive(if on { ENABLE << RESET } else { ENABLE });
-        }
-
-        fn limits(&mut self) -> Axes {
-            #[allow(unsafe_code, reason = "the port has no owner")]
-            // SAFETY: the register exists, and reading it does nothing else.
-            let level = unsafe { (*pac::GPIOA::ptr()).idr().read().bits() };
-            let mut closed = Axes::NONE;
-            for (axis, pin) in LIMIT.into_iter().enumerate() {
-                if level & pin == 0 {
-                    closed.insert(axis);
-                }
-            }
-            closed
-        }
-
-        fn configure(&mut self, wiring: Wiring) {
-            self.wiring = wiring;
-            for bits in 0..8 {
-                self.words[usize::from(bits)] = word(STEP, Axes::from_bits(bits));
-            }
+        fn note_release(&mut self, levels: Levels) {
+            thread_mode::note_release(levels);
         }
     }
 
@@ -261,7 +219,7 @@ mod board {
         // SAFETY: every time is valid.
         timer().ccr1().write(|w| unsafe { w.bits(due) });
         // The channel compares for equality only.
-        if !(1..=Cadence::LONGEST).contains(&due.wrapping_sub(now())) {
+        if !lies_ahead(due, now()) {
             NVIC::pend(pac::Interrupt::TIM2);
         }
     }
@@ -324,41 +282,20 @@ mod board {
     }
 
     #[exception]
-    fn SysTick() {
-        SCB::set_pendsv();
-    }
-
-    #[exception]
     fn PendSV() {
-        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS, Storage>> = None;
+        static mut FOREGROUND: Option<Foreground<PortMotors<Pins>, BLOCKS, Storage>> = None;
         static mut PORT: Option<Sender> = None;
 
-        if PORT.is_none() {
-            *PORT = SENDER.take().map(Sender);
-        }
-        if FOREGROUND.is_none() {
-            *FOREGROUND =
-                FLASH.take().map(|flash| Foreground::with_storage(&SHARED, Settings::default(), Storage(flash)));
-        }
-        let (Some(port), Some(foreground)) = (PORT, FOREGROUND) else { return };
-        let Ok(more) = foreground.turn(port);
-        if more {
-            SCB::set_pendsv();
-        }
+        interrupts::turn(&SHARED, FOREGROUND, &STORAGE, PORT, &SENDER);
     }
 
-    /// Pen up, motors released. The watchdog is not used, since a machine that has lost its place must not go on.
-    #[panic_handler]
-    fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-        cortex_m::interrupt::disable();
-        drive(ENABLE);
+    /// Pen up, motors released by these levels: after a panic, with the interrupts held off.
+    pub(crate) fn rest(release: Levels) {
+        drive(word(release));
         #[allow(unsafe_code, reason = "whoever owned the servo will not run any more")]
         // SAFETY: the register exists, and every width is valid.
         unsafe {
             (*pac::TIM4::ptr()).ccr1().write(|w| w.ccr().bits(Servo::default().rest_us));
-        }
-        loop {
-            cortex_m::asm::wfi();
         }
     }
 }

@@ -9,14 +9,22 @@
 //! ```
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
+#[cfg(all(target_os = "none", feature = "scene"))]
+mod drawing;
+#[cfg(target_os = "none")]
+mod handover;
 #[cfg(all(target_os = "none", feature = "heap"))]
 mod heap;
+#[cfg(target_os = "none")]
+mod interrupts;
 #[cfg(target_os = "none")]
 mod mps2;
 #[cfg(all(target_os = "none", feature = "heap"))]
 mod thread;
 #[cfg(all(target_os = "none", feature = "heap"))]
 use mps2::HEAP;
+#[cfg(all(target_os = "none", feature = "scene"))]
+use mps2::{SCENE_BYTES, SHARED};
 
 /// The board is what this is for; a host only checks that it compiles.
 #[cfg(not(target_os = "none"))]

@@ -17,12 +17,15 @@
 //!
 //! # Theory of operation
 //!
-//! The 64-bit timer counts µs; its alarm 0 is the step interrupt. The step pulses begin in one interrupt and end in another, `$0` later; each is one store to the
-//! set or clear register of the pins, which the eight sets of axes have their words for. UART0 interrupts when its FIFO has bytes; what is to be sent goes out in pieces of its
+//! The 64-bit timer counts µs; its alarm 0 is the step interrupt. The step pulses begin in one interrupt and end in another, `$0` later; each is a store to the set and one to the
+//! clear register of the pins, which the eight sets of axes have their words for. `$2`, `$3`, `$4` and `$5` invert the signals of the table above. UART0 interrupts when its FIFO has bytes; what is to be sent goes out in pieces of its
 //! 32 bytes, a millisecond apart at most. Priorities are those of `penvis_firmware::Shared`. The second processor sleeps.
 //!
 //! Settings are kept in the last 8 KB of the 2 MB of flash. While they are written, which takes some tenths of a second, nothing else happens, and bytes that arrive are lost: senders
 //! wait for `ok` after a setting, as with every GRBL.
+//!
+//! With the features `heap,scene` it draws stored scenes by itself (`penvis pack`, `$PV=`): 168 KB of RAM are for that, and 24 KB for a scene that is sent. One of up to 64 KB can lie
+//! in the flash, at 0x101ee000, put there with or after the firmware; then `$PV=DRAW` draws it.
 //!
 //! # Build and flash
 //!
@@ -32,11 +35,28 @@
 //! probe-rs download --chip RP2040 target/thumbv6m-none-eabi/firmware/pico       # by a debug probe, or:
 //! picotool load -x -t elf target/thumbv6m-none-eabi/firmware/pico               # by USB, plugged in with BOOTSEL held, or:
 //! cargo run -p penvis-firmware --example uf2 -- target/thumbv6m-none-eabi/firmware/pico pico.uf2     # and copied to the drive that it then is
+//! # With stored scenes, and one in the flash:
+//! cargo build --profile firmware -p penvis-firmware --bin pico --features board-pico,heap,scene --target thumbv6m-none-eabi
+//! penvis pack saddle -o scene.bin
+//! picotool load -x -t bin scene.bin -o 0x101ee000
+//! probe-rs download --chip RP2040 --binary-format bin --base-address 0x101ee000 scene.bin
 //! ```
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
+#[cfg(all(target_os = "none", feature = "scene"))]
+mod drawing;
 #[cfg(target_os = "none")]
 mod handover;
+#[cfg(all(target_os = "none", feature = "scene"))]
+mod heap;
+#[cfg(target_os = "none")]
+mod interrupts;
+#[cfg(all(target_os = "none", feature = "scene"))]
+mod thread;
+#[cfg(target_os = "none")]
+mod thread_mode;
+#[cfg(all(target_os = "none", feature = "scene"))]
+use board::{HEAP, SCENE_BYTES, SHARED};
 
 /// The board is what this is for; a host only checks that it compiles.
 #[cfg(not(target_os = "none"))]
@@ -44,13 +64,11 @@ fn main() {}
 
 #[cfg(target_os = "none")]
 mod board {
-    use cortex_m::peripheral::scb::SystemHandler;
-    use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m::peripheral::{NVIC, SCB};
     use cortex_m_rt::exception;
     use embedded_hal::pwm::SetDutyCycle;
     use embedded_io::{Read, ReadReady};
-    use penvis_firmware::{Axes, Cadence, Foreground, Hardware, Pen, Servo, Settings, Shared, Wiring};
+    use penvis_firmware::{Foreground, Levels, Pen, Port, PortMotors, PortPins, Servo, Shared};
     use rp2040_hal::clocks::{Clock, init_clocks_and_plls};
     use rp2040_hal::fugit::RateExtU32;
     use rp2040_hal::gpio::bank0::{Gpio0, Gpio1};
@@ -61,24 +79,12 @@ mod board {
     use rp2040_hal::{Sio, Watchdog};
 
     use super::handover::Handover;
+    use super::interrupts::{self, BLOCKS, lies_ahead};
     use super::storage::Storage;
+    use super::thread_mode;
 
     const CRYSTAL_HZ: u32 = 12_000_000;
     const BAUD: u32 = 115_200;
-
-    /// Blocks the planner looks ahead.
-    const BLOCKS: usize = 64;
-
-    /// Pins by axis, as bits of the registers.
-    const STEP: [u32; 3] = [1 << 2, 1 << 4, 1 << 6];
-    const DIRECTION: [u32; 3] = [1 << 3, 1 << 5, 1 << 7];
-    const LIMIT: [u32; 3] = [1 << 10, 1 << 11, 1 << 12];
-    const ENABLE: u32 = 1 << 8;
-
-    /// Priorities, of which the upper 2 bits count: lower is more urgent.
-    const STEP_PRIORITY: u8 = 0x00;
-    const SERIAL_PRIORITY: u8 = 0x40;
-    const FOREGROUND_PRIORITY: u8 = 0xc0;
 
     /// Has the servo's PWM count µs.
     const SERVO_DIVIDER: u8 = 125;
@@ -90,16 +96,26 @@ mod board {
     #[allow(unsafe_code, reason = "the ROM finds it by its place")]
     static BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
 
-    type PortPins = (Pin<Gpio0, FunctionUart, PullDown>, Pin<Gpio1, FunctionUart, PullDown>);
+    type UartPins = (Pin<Gpio0, FunctionUart, PullDown>, Pin<Gpio1, FunctionUart, PullDown>);
 
-    static SHARED: Shared<Motors> = Shared::new();
+    pub(crate) static SHARED: Shared<PortMotors<Pins>> = Shared::new();
 
-    static RECEIVER: Handover<Reader<pac::UART0, PortPins>> = Handover::new();
-    static SENDER: Handover<Writer<pac::UART0, PortPins>> = Handover::new();
+    /// Memory for what thread mode computes.
+    #[cfg(feature = "scene")]
+    #[global_allocator]
+    pub(crate) static HEAP: crate::heap::Heap<{ 168 * 1024 }> = crate::heap::Heap::new();
+
+    /// Room for a scene that is sent.
+    #[cfg(feature = "scene")]
+    pub(crate) const SCENE_BYTES: usize = 24 * 1024;
+
+    static RECEIVER: Handover<Reader<pac::UART0, UartPins>> = Handover::new();
+    static SENDER: Handover<Writer<pac::UART0, UartPins>> = Handover::new();
+    static STORAGE: Handover<Storage> = Handover::new();
 
     #[rp2040_hal::entry]
     fn main() -> ! {
-        let (Some(mut board), Some(mut core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take()) else {
+        let (Some(mut board), Some(core)) = (pac::Peripherals::take(), cortex_m::Peripherals::take()) else {
             unreachable!("the peripherals are taken once")
         };
         let mut watchdog = Watchdog::new(board.WATCHDOG);
@@ -130,6 +146,7 @@ mod board {
         receiver.enable_rx_interrupt();
         RECEIVER.give(receiver);
         SENDER.give(sender);
+        STORAGE.give(Storage);
 
         // From now on all of these pins are driven by their common registers.
         pins.gpio2.into_push_pull_output_in_state(PinState::Low);
@@ -152,33 +169,11 @@ mod board {
 
         // Out of its reset; from then on it is used by its registers.
         rp2040_hal::Timer::new(board.TIMER, &mut board.RESETS, &clocks);
-        SHARED.start(Motors { pwm: slices.pwm7, servo, words: [0; 8], wiring: Wiring::default() }, now());
+        SHARED.start(PortMotors::new(Pins { pwm: slices.pwm7, servo }), now());
         timer().inte().modify(|_, w| w.alarm_0().set_bit());
-
-        #[allow(unsafe_code, reason = "cortex-m cannot know which priorities the program's critical sections rely on")]
-        // SAFETY: all critical sections disable every interrupt, whatever its priority.
-        unsafe {
-            core.NVIC.set_priority(pac::Interrupt::TIMER_IRQ_0, STEP_PRIORITY);
-            core.NVIC.set_priority(pac::Interrupt::UART0_IRQ, SERIAL_PRIORITY);
-            core.SCB.set_priority(SystemHandler::PendSV, FOREGROUND_PRIORITY);
-            core.SCB.set_priority(SystemHandler::SysTick, FOREGROUND_PRIORITY);
-        }
-        core.SYST.set_clock_source(SystClkSource::Core);
-        core.SYST.set_reload(clocks.system_clock.freq().to_Hz() / 1000 - 1);
-        core.SYST.clear_current();
-        core.SYST.enable_interrupt();
-        core.SYST.enable_counter();
-        for irq in [pac::Interrupt::TIMER_IRQ_0, pac::Interrupt::UART0_IRQ] {
-            #[allow(unsafe_code, reason = "letting an interrupt in may break a critical section that masks by it")]
-            // SAFETY: none does.
-            unsafe {
-                NVIC::unmask(irq);
-            }
-        }
-        NVIC::pend(pac::Interrupt::TIMER_IRQ_0);
-        loop {
-            cortex_m::asm::wfi();
-        }
+        let clock_hz = clocks.system_clock.freq().to_Hz();
+        interrupts::start(core, clock_hz, pac::Interrupt::TIMER_IRQ_0, &[pac::Interrupt::UART0_IRQ]);
+        thread_mode::run()
     }
 
     /// µs since the start, modulo 2³².
@@ -210,63 +205,42 @@ mod board {
         pins().gpio_out_clr().write(|w| unsafe { w.bits(word) });
     }
 
-    /// The bits of `axes` among the pins of three axes.
-    fn word(of: [u32; 3], axes: Axes) -> u32 {
-        (0..3).filter(|&axis| axes.contains(axis)).map(|axis| of[axis]).sum()
-    }
-
-    struct Motors {
+    /// The pins as a port.
+    pub(crate) struct Pins {
         pwm: Slice<Pwm7, FreeRunning>,
         servo: Servo,
-        /// Step pins of each set of axes.
-        words: [u32; 8],
-        wiring: Wiring,
     }
 
-    impl Hardware for Motors {
-        const TICKS_PER_US: u32 = 1;
-        const TICK_ENDS_PULSE: bool = true;
+    impl Port for Pins {
+        const PINS: PortPins = PortPins {
+            step: [1 << 2, 1 << 4, 1 << 6],
+            direction: [1 << 3, 1 << 5, 1 << 7],
+            enable: 1 << 8,
+            limit: [1 << 10, 1 << 11, 1 << 12],
+        };
 
-        fn set_directions(&mut self, negative: Axes) {
-            let high = Axes::from_bits(negative.bits() ^ self.wiring.invert_directions.bits());
-            set(word(DIRECTION, high));
-            clear(word(DIRECTION, Axes::from_bits(!high.bits())));
+        type Word = Levels;
+
+        fn word(levels: Levels) -> Levels {
+            levels
         }
 
         #[inline]
-        fn step(&mut self, axes: Axes) {
-            set(self.words[usize::from(axes.bits() & 7)]);
+        fn drive(&mut self, word: Levels) {
+            set(word.high);
+            clear(word.low);
         }
 
-        #[inline]
-        fn end_step(&mut self) {
-            clear(self.words[7]);
+        fn levels(&mut self) -> u32 {
+            pins().gpio_in().read().bits()
         }
 
         fn set_pen(&mut self, pen: Pen) {
             let Ok(()) = self.pwm.channel_a.set_duty_cycle(self.servo.pulse_us(pen));
         }
 
-        fn enable_motors(&mut self, on: bool) {
-            if on { clear(ENABLE) } else { set(ENABLE) }
-        }
-
-        fn limits(&mut self) -> Axes {
-            let level = pins().gpio_in().read().bits();
-            let mut closed = Axes::NONE;
-            for (axis, pin) in LIMIT.into_iter().enumerate() {
-                if level & pin == 0 {
-                    closed.insert(axis);
-                }
-            }
-            closed
-        }
-
-        fn configure(&mut self, wiring: Wiring) {
-            self.wiring = wiring;
-            for bits in 0..8 {
-                self.words[usize::from(bits)] = word(STEP, Axes::from_bits(bits));
-            }
+        fn note_release(&mut self, levels: Levels) {
+            thread_mode::note_release(levels);
         }
     }
 
@@ -278,14 +252,14 @@ mod board {
         // SAFETY: every time is valid.
         timer().alarm0().write(|w| unsafe { w.bits(due) });
         // The alarm goes off only at its very µs.
-        if !(1..=Cadence::LONGEST).contains(&due.wrapping_sub(now())) {
+        if !lies_ahead(due, now()) {
             NVIC::pend(pac::Interrupt::TIMER_IRQ_0);
         }
     }
 
     #[interrupt]
     fn UART0_IRQ() {
-        static mut PORT: Option<Reader<pac::UART0, PortPins>> = None;
+        static mut PORT: Option<Reader<pac::UART0, UartPins>> = None;
 
         let Some(port) = RECEIVER.owned(PORT) else { return };
         let mut byte = [0];
@@ -299,36 +273,21 @@ mod board {
     }
 
     #[exception]
-    fn SysTick() {
-        SCB::set_pendsv();
-    }
-
-    #[exception]
     fn PendSV() {
-        static mut FOREGROUND: Option<Foreground<Motors, BLOCKS, Storage>> = None;
-        static mut PORT: Option<Writer<pac::UART0, PortPins>> = None;
+        static mut FOREGROUND: Option<Foreground<PortMotors<Pins>, BLOCKS, Storage>> = None;
+        static mut PORT: Option<Writer<pac::UART0, UartPins>> = None;
 
-        let Some(port) = SENDER.owned(PORT) else { return };
-        let foreground =
-            FOREGROUND.get_or_insert_with(|| Foreground::with_storage(&SHARED, Settings::default(), Storage));
-        let Ok(more) = foreground.turn(port);
-        if more {
-            SCB::set_pendsv();
-        }
+        interrupts::turn(&SHARED, FOREGROUND, &STORAGE, PORT, &SENDER);
     }
 
-    /// Pen up, motors released. The watchdog is not used, since a machine that has lost its place must not go on.
-    #[panic_handler]
-    fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-        cortex_m::interrupt::disable();
-        set(ENABLE);
+    /// Pen up, motors released by these levels: after a panic, with the interrupts held off.
+    pub(crate) fn rest(release: Levels) {
+        set(release.high);
+        clear(release.low);
         #[allow(unsafe_code, reason = "whoever owned the servo will not run any more")]
         // SAFETY: the register exists, and every width is valid.
         unsafe {
             (*pac::PWM::ptr()).ch(SERVO_SLICE).cc().write(|w| w.a().bits(Servo::default().rest_us));
-        }
-        loop {
-            cortex_m::asm::wfi();
         }
     }
 }

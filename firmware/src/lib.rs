@@ -1,7 +1,7 @@
 //! Pen plotter firmware: the GRBL 1.1 dialect in, step pulses and pen moves out, without std and without an allocator.
 //!
 //! The same code runs on a board, in an emulated board, and inside the host's simulated port in virtual time. Start with [`Machine`];
-//! [`Hardware`] is what a board (or a recorder) provides, and [`Pins`] provides it from `embedded-hal` pins. [`serve`] runs a machine on an
+//! [`Hardware`] is what a board (or a recorder) provides, [`Pins`] provides it from `embedded-hal` pins, and [`PortMotors`] from a port's registers. [`serve`] runs a machine on an
 //! `embedded-io` port.
 //!
 //! # Theory of operation
@@ -62,8 +62,8 @@
 //! # Boards
 //!
 //! `boards/` of this package has a binary for each board that it runs on, with wiring, pins and theory of operation at the top of its file; `build.rs` knows their
-//! memories. They need a feature each, `board-pico` for `pico`, and are empty on a host. A new board is a file of the same kind: a timer, a serial port, a [`Hardware`], and four
-//! handlers that call [`Shared`] and [`Foreground`].
+//! memories. They need a feature each, `board-pico` for `pico`, and are empty on a host. A new board is a file of the same kind: a timer, a serial port, a [`Port`] of pins
+//! ([`PortMotors`] does the rest), and handlers that call [`Shared`] and what the boards share.
 //!
 //! # What is different from GRBL
 //!
@@ -137,6 +137,7 @@ mod number;
 mod pen;
 mod pen_driver;
 mod planner;
+mod port;
 mod realtime;
 mod report;
 mod runtime;
@@ -160,6 +161,7 @@ pub use line::{LINE_CHARS, RX_BYTES};
 pub use machine::Machine;
 pub use pen::{Pen, PenMotion};
 pub use pen_driver::{HeldSolenoid, PenDriver, Servo, ServoPen, Solenoid};
+pub use port::{Levels, Port, PortMotors, PortPins};
 pub use realtime::{Override, RealTime};
 pub use report::TX_BYTES;
 pub use runtime::{Cadence, Foreground, Shared};

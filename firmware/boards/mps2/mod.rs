@@ -15,35 +15,37 @@
 //! TIMER1 counts down from 2³² at 25 MHz and wraps: it is the clock. TIMER0 is set to what is left until the next step and interrupts at zero. Interrupts have the
 //! priorities of `penvis_firmware::Shared`; SysTick pends PendSV each millisecond. The vector table is that of `cortex-m-rt` without a device, in which every interrupt
 //! leads to `DefaultHandler`.
+//!
+//! What is stored is kept in RAM that outlives a reset of the processor, see `kept.rs`. Limit switches are where the monitor is told to put them.
 
 mod bench;
-#[cfg(feature = "scene")]
-mod drawing;
+mod kept;
 mod monitor;
 mod registers;
 mod trace;
 
-use cortex_m::peripheral::scb::{Exception, SystemHandler};
-use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{NVIC, SCB};
+use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::scb::Exception;
 use cortex_m_rt::{entry, exception};
-use penvis_firmware::{Cadence, Foreground, Settings, Shared};
+use penvis_firmware::{Foreground, Shared};
 
-use registers::{CLOCK, Irq, TIMER0, UART0, UART2};
+use crate::handover::Handover;
+use crate::interrupts::{self, BLOCKS, lies_ahead};
+use kept::Kept;
+use registers::{CLOCK, Irq, TIMER0, UART0, UART2, Uart};
 use trace::Trace;
 
 /// The system's clock, Hz.
 pub(crate) const CLOCK_HZ: u32 = 25_000_000;
 
-/// Blocks the planner looks ahead.
-const BLOCKS: usize = 64;
+pub(crate) static SHARED: Shared<Trace> = Shared::new();
 
-/// Priorities, of which the upper 3 bits count: lower is more urgent.
-const STEP_PRIORITY: u8 = 0x00;
-const SERIAL_PRIORITY: u8 = 0x40;
-const FOREGROUND_PRIORITY: u8 = 0xe0;
+static SENDER: Handover<Uart> = Handover::new();
+static STORAGE: Handover<Kept> = Handover::new();
 
-static SHARED: Shared<Trace> = Shared::new();
+/// Room for a scene that is sent: the largest built-in one has some 60 000 bytes.
+#[cfg(feature = "scene")]
+pub(crate) const SCENE_BYTES: usize = 64 * 1024;
 
 /// Memory for what thread mode computes.
 #[cfg(feature = "heap")]
@@ -55,40 +57,21 @@ pub(crate) static HEAP: crate::heap::Heap<HEAP_BYTES> = crate::heap::Heap::new()
 
 #[entry]
 fn main() -> ! {
-    let Some(mut core) = cortex_m::Peripherals::take() else { unreachable!("the processor is taken once") };
+    let Some(core) = cortex_m::Peripherals::take() else { unreachable!("the processor is taken once") };
     monitor::paint_stack();
     CLOCK.start(u32::MAX, false);
     UART0.start(true);
     UART2.start(false);
     SHARED.start(Trace::start(), CLOCK.counted());
-
-    #[allow(unsafe_code, reason = "cortex-m cannot know which priorities the program's critical sections rely on")]
-    // SAFETY: all critical sections disable every interrupt, whatever its priority.
-    unsafe {
-        core.NVIC.set_priority(Irq::Timer0, STEP_PRIORITY);
-        core.NVIC.set_priority(Irq::Uart0Receive, SERIAL_PRIORITY);
-        core.NVIC.set_priority(Irq::Uart0Transmit, SERIAL_PRIORITY);
-        core.SCB.set_priority(SystemHandler::PendSV, FOREGROUND_PRIORITY);
-        core.SCB.set_priority(SystemHandler::SysTick, FOREGROUND_PRIORITY);
-    }
-    core.SYST.set_clock_source(SystClkSource::Core);
-    core.SYST.set_reload(CLOCK_HZ / 1000 - 1);
-    core.SYST.clear_current();
-    core.SYST.enable_interrupt();
-    core.SYST.enable_counter();
+    SENDER.give(UART0);
+    STORAGE.give(Kept);
     TIMER0.start(1, true);
-    for irq in [Irq::Timer0, Irq::Uart0Receive, Irq::Uart0Transmit] {
-        #[allow(unsafe_code, reason = "letting an interrupt in may break a critical section that masks by it")]
-        // SAFETY: none does.
-        unsafe {
-            NVIC::unmask(irq);
-        }
-    }
+    interrupts::start(core, CLOCK_HZ, Irq::Timer0, &[Irq::Uart0Receive, Irq::Uart0Transmit]);
     #[cfg(feature = "heap")]
     crate::thread::run(|ended| {
         monitor::report(&ended);
         #[cfg(feature = "scene")]
-        drawing::report(&ended);
+        crate::drawing::report(&ended);
         work()
     });
     #[cfg(not(feature = "heap"))]
@@ -100,7 +83,7 @@ fn work() -> ! {
     loop {
         monitor::serve();
         #[cfg(feature = "scene")]
-        drawing::serve();
+        crate::drawing::serve();
         cortex_m::asm::wfi();
     }
 }
@@ -110,8 +93,8 @@ fn step() {
     TIMER0.acknowledge();
     let due = SHARED.tick(CLOCK.counted());
     // What has passed already is due at once.
-    let left = due.wrapping_sub(CLOCK.counted());
-    TIMER0.expire_in(if (1..=Cadence::LONGEST).contains(&left) { left } else { 1 });
+    let now = CLOCK.counted();
+    TIMER0.expire_in(if lies_ahead(due, now) { due.wrapping_sub(now) } else { 1 });
 }
 
 #[exception]
@@ -136,21 +119,11 @@ unsafe fn DefaultHandler(irq: i16) {
 }
 
 #[exception]
-fn SysTick() {
-    #[cfg(feature = "scene")]
-    drawing::tick();
-    SCB::set_pendsv();
-}
-
-#[exception]
 fn PendSV() {
-    static mut FOREGROUND: Option<Foreground<Trace, BLOCKS>> = None;
+    static mut FOREGROUND: Option<Foreground<Trace, BLOCKS, Kept>> = None;
+    static mut PORT: Option<Uart> = None;
 
-    let foreground = FOREGROUND.get_or_insert_with(|| Foreground::new(&SHARED, Settings::default()));
-    let Ok(more) = foreground.turn(&mut { UART0 });
-    if more {
-        SCB::set_pendsv();
-    }
+    interrupts::turn(&SHARED, FOREGROUND, &STORAGE, PORT, &SENDER);
 }
 
 /// Ends the emulation with a failure, which tests see; a hardware fault does the same. What panics in thread mode is started again instead.

@@ -1,12 +1,15 @@
 //! Measurements and trials, each asked for by a byte at UART2 and answered there by a line. They are done in thread mode, while the machine works.
 //!
-//! `s` the stack used at most since the start, of all contexts, bytes; `t` what a step costs, see `bench.rs`; with a heap, `h` its use, and `m` asks for memory until there is no more:
+//! `s` the stack used at most since the start, of all contexts, bytes; `t` what a step costs, see `bench.rs`; `l` puts limit switches below where the motors stand; `r` resets the
+//! processor, and is not answered; with a heap, `h` its use, and `m` asks for memory until there is no more:
 //! its answer is how that ended.
 
 use core::fmt::Write as _;
 
-use super::bench;
+use penvis_firmware::AXES;
+
 use super::registers::UART2;
+use super::{SHARED, bench};
 
 /// What unused stack holds.
 const PAINT: u32 = 0xa5a5_5a5a;
@@ -54,6 +57,8 @@ pub(crate) fn serve() {
         match request {
             b's' => say(format_args!("{} bytes of stack", stack_used())),
             b't' => say(format_args!("{}", bench::step())),
+            b'l' => put_switches(),
+            b'r' => cortex_m::peripheral::SCB::sys_reset(),
             #[cfg(feature = "heap")]
             b'h' => say(format_args!("{} bytes of heap in use, {} at most", super::HEAP.used(), super::HEAP.peak())),
             #[cfg(feature = "heap")]
@@ -61,6 +66,14 @@ pub(crate) fn serve() {
             _ => say(format_args!("unknown request {request:#x}: see monitor.rs")),
         }
     }
+}
+
+/// Steps from where the motors stand to the switches of X, Y and Z.
+const BELOW: [i32; AXES] = [800, 2000, 400];
+
+fn put_switches() {
+    let _ = SHARED.with_hardware(|trace| trace.put_switches(BELOW));
+    say(format_args!("limit switches {} steps below X, {} below Y, {} below Z", BELOW[0], BELOW[1], BELOW[2]));
 }
 
 /// Says how the work before this one ended, if there was any.

@@ -18,7 +18,7 @@
 //!  kind 3   `bits` is 1 for motors on, 0 for off, 2 for records lost here
 //! ```
 
-use penvis_firmware::{Axes, Hardware, Pen};
+use penvis_firmware::{AXES, Axes, Hardware, Pen};
 
 use super::registers::UART1;
 
@@ -37,12 +37,22 @@ pub(crate) struct Trace {
     now: u64,
     told: u64,
     stuck: bool,
+    negative: Axes,
+    /// Steps since the start, whatever the firmware calls the place.
+    position: [i32; AXES],
+    /// Steps at and below which the limit switch of an axis is closed.
+    switches: Option<[i32; AXES]>,
 }
 
 impl Trace {
     pub(crate) fn start() -> Self {
         UART1.start(false);
-        Self { now: 0, told: 0, stuck: false }
+        Self { now: 0, told: 0, stuck: false, negative: Axes::NONE, position: [0; AXES], switches: None }
+    }
+
+    /// Puts a limit switch so many steps below where each axis stands; it is closed there and below.
+    pub(crate) fn put_switches(&mut self, below: [i32; AXES]) {
+        self.switches = Some(core::array::from_fn(|axis| self.position[axis] - below[axis]));
     }
 
     fn record(&mut self, what: u8) {
@@ -77,11 +87,17 @@ impl Hardware for Trace {
     const TICKS_PER_US: u32 = super::CLOCK_HZ / 1_000_000;
 
     fn set_directions(&mut self, negative: Axes) {
+        self.negative = negative;
         self.record(DIRECTIONS | negative.bits());
     }
 
     fn step(&mut self, axes: Axes) {
         self.record(STEP | axes.bits());
+        for (axis, position) in self.position.iter_mut().enumerate() {
+            if axes.contains(axis) {
+                *position += if self.negative.contains(axis) { -1 } else { 1 };
+            }
+        }
     }
 
     fn set_pen(&mut self, pen: Pen) {
@@ -98,6 +114,17 @@ impl Hardware for Trace {
 
     fn enable_motors(&mut self, on: bool) {
         self.record(OTHER | u8::from(on));
+    }
+
+    fn limits(&mut self) -> Axes {
+        let mut closed = Axes::NONE;
+        for axis in 0..AXES {
+            // Without switches the pins are pulled up.
+            if self.switches.is_some_and(|switches| self.position[axis] <= switches[axis]) {
+                closed.insert(axis);
+            }
+        }
+        closed
     }
 
     fn set_time(&mut self, now: u64) {

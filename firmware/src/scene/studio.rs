@@ -36,7 +36,8 @@ pub struct Studio<const N: usize> {
 }
 
 impl<const N: usize> Studio<N> {
-    /// A studio to which nothing has been sent yet; until then `stored` is its scene, which may be empty. `cells` is
+    /// A studio to which nothing has been sent yet; until then its scene is what `stored` begins with, if that is one: the memory of a board, with anything after the scene or
+    /// in place of it. `cells` is
     /// [`DrawOptions::cells`](penvis_core::pipeline::DrawOptions::cells): as many as there is memory for.
     #[must_use]
     pub const fn new(stored: &'static [u8], cells: usize) -> Self {
@@ -54,7 +55,7 @@ impl<const N: usize> Studio<N> {
             Order::Tell => {
                 let mut text = String::new();
                 // There is room for three numbers.
-                let _ = write!(text, "[PV:{},{},{}]", self.scene.len(), N, self.stored.map_or(0, <[u8]>::len));
+                let _ = write!(text, "[PV:{},{},{}]", self.scene.len(), N, self.stored().len());
                 Answer { text, result: Ok(()) }
             }
             Order::Trace => self.draw(surroundings, &mut |_| true),
@@ -80,10 +81,18 @@ impl<const N: usize> Studio<N> {
         said("", Ok(()))
     }
 
+    /// The scene in `stored`, as long as its header says; none if there is no header. Whether it is whole is seen when it is drawn.
+    fn stored(&self) -> &'static [u8] {
+        let stored = self.stored.unwrap_or_default();
+        let length = announced(stored).ok().flatten().unwrap_or(0);
+        stored.get(..length).unwrap_or(stored)
+    }
+
     fn draw(&self, surroundings: &dyn Surroundings, line: &mut dyn FnMut(&Line) -> bool) -> Answer {
-        let Some(bytes) = (if self.scene.is_empty() { self.stored } else { Some(&*self.scene) }) else {
+        let bytes = if self.scene.is_empty() { self.stored() } else { &self.scene };
+        if bytes.is_empty() {
             return told(&"there is no scene; send one with $PV=", Error::SceneInvalid);
-        };
+        }
         // As a monitor: the trait has it as its supertrait.
         let watch = Watch(surroundings);
         let started = surroundings.now_ms();
@@ -192,6 +201,34 @@ mod tests {
         assert_eq!(studio.obey(&Order::Draw, &Nobody), answer);
         assert_eq!(studio.obey(&Order::Clear, &Nobody).result, Ok(()));
         assert_eq!(studio.obey(&Order::Draw, &Nobody).result, Err(Error::SceneInvalid));
+    }
+
+    #[test]
+    fn a_stored_scene_is_drawn_until_one_is_sent() {
+        let bytes = scene().pack().unwrap();
+        let figures = draw(&bytes, 0, &(), &mut |_| true).unwrap();
+        // What flash is where nothing was written.
+        let mut memory = bytes.clone();
+        memory.resize(bytes.len() + 100, 0xff);
+        let mut studio = Studio::<4096>::new(memory.leak(), 0);
+        assert_eq!(studio.obey(&Order::Tell, &Nobody).text, alloc::format!("[PV:0,4096,{}]", bytes.len()).as_str());
+        let answer = studio.obey(&Order::Draw, &Nobody);
+        let expected = alloc::format!("[PV:{},{},{:016x},0,0]", figures.strokes, figures.points, figures.hash);
+        assert_eq!((answer.text.as_str(), answer.result), (expected.as_str(), Ok(())));
+        send(&mut studio, &bytes[..64]).unwrap();
+        assert_eq!(studio.obey(&Order::Draw, &Nobody).result, Err(Error::SceneInvalid), "half of one that was sent");
+        assert_eq!(studio.obey(&Order::Clear, &Nobody).result, Ok(()));
+        assert_eq!(studio.obey(&Order::Draw, &Nobody), answer);
+
+        let mut damaged = bytes.clone();
+        damaged[40] ^= 1;
+        let mut studio = Studio::<4096>::new(damaged.leak(), 0);
+        assert_eq!(studio.obey(&Order::Draw, &Nobody).result, Err(Error::SceneInvalid));
+        let mut studio = Studio::<4096>::new(bytes[..bytes.len() - 1].to_vec().leak(), 0);
+        assert_eq!(studio.obey(&Order::Draw, &Nobody).result, Err(Error::SceneInvalid), "its end is not there");
+        let mut studio = Studio::<4096>::new(&[0xff; 64], 0);
+        assert_eq!(studio.obey(&Order::Tell, &Nobody).text, "[PV:0,4096,0]");
+        assert!(studio.obey(&Order::Draw, &Nobody).text.starts_with("[MSG:there is no scene"));
     }
 
     #[test]

@@ -124,6 +124,65 @@ fn out_of_memory_ends_only_what_asked_for_it() {
     }
 }
 
+/// What is stored is there again when the processor starts anew; and so are the defaults, once they have been restored.
+#[test]
+fn settings_outlive_a_reset_of_the_processor() {
+    for board in BOARDS {
+        let Some(mut emulator) = Emulator::boot(board, Port::Line) else { return };
+        emulator.line().skip_greeting();
+        let rate = |emulator: &mut Emulator| {
+            let listed = emulator.line().ask("$$");
+            listed.into_iter().find(|line| line.starts_with("$110=")).expect("a maximum rate")
+        };
+        assert_eq!(rate(&mut emulator), "$110=12000.000");
+        for value in ["9000", "9500.5", "9100"] {
+            assert_eq!(emulator.line().ask(&format!("$110={value}")), ["ok"]);
+        }
+        assert_eq!(emulator.line().ask("G10 L2 P1 X5"), ["ok"]);
+        emulator.restart();
+        assert_eq!(rate(&mut emulator), "$110=9100.000", "{}", board.name());
+        assert_eq!(emulator.line().ask("$#")[0], "[G54:5.000,0.000,0.000]");
+        assert_eq!(emulator.line().ask("$RST=*"), ["[MSG:Restoring defaults]", "ok"]);
+        emulator.line().skip_greeting();
+        emulator.restart();
+        assert_eq!(rate(&mut emulator), "$110=12000.000", "{}", board.name());
+        assert_eq!(emulator.line().ask("$#")[0], "[G54:0.000,0.000,0.000]");
+    }
+}
+
+/// Finds its switches, knows where it is, and stops where one closes in motion.
+#[test]
+fn boards_home_and_mind_their_limits() {
+    // The monitor's, in steps below the start, and the pull-off.
+    let (switches, pull_off) = ([800, 2000, 400], 160);
+    for board in BOARDS {
+        let Some(mut emulator) = Emulator::boot(board, Port::Line) else { return };
+        emulator.line().skip_greeting();
+        assert_eq!(emulator.measure(b'l'), "limit switches 800 steps below X, 2000 below Y, 400 below Z");
+        for setting in ["$22=1", "$44=7", "$21=1"] {
+            assert_eq!(emulator.line().ask(setting), ["ok"]);
+        }
+        assert_eq!(emulator.line().ask("$H"), ["ok"]);
+        // A switch is seen a turn of the foreground after it closes, in which an axis makes a step at the most.
+        let at = recording(&emulator).position;
+        let expected = switches.map(|below| pull_off - below);
+        assert!((0..3).all(|axis| (at[axis] - expected[axis]).abs() <= 1), "{}: {at:?}", board.name());
+        emulator.line().send(b"?");
+        let report = emulator.line().read();
+        assert!(report.starts_with("<Idle|MPos:-428.000,-308.000,-48.000|"), "{report}");
+
+        assert_eq!(emulator.line().ask("G1 X-438 F600"), ["ok"]);
+        while emulator.line().read() != "ALARM:1" {}
+        assert_eq!(emulator.line().read(), "[MSG:Reset to continue]");
+        let stopped = recording(&emulator).position;
+        assert!((-810..=-800).contains(&stopped[0]), "{}: {stopped:?}", board.name());
+        emulator.line().send(b"\x18");
+        emulator.line().skip_greeting();
+        assert_eq!(emulator.line().ask("$X").last().map(String::as_str), Some("ok"));
+        assert_eq!(emulator.line().ask("G0 X-428"), ["ok"], "it may leave the switch");
+    }
+}
+
 /// Images are small enough for the boards, and for what is still to come.
 #[test]
 fn images_fit_into_flash() {

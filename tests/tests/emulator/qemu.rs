@@ -16,6 +16,9 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// Longest time that a board is left running.
 const LIFE: Duration = Duration::from_secs(1500);
 
+/// Where the emulated boards have a stored scene.
+const SCENE: u32 = (4 << 20) - (64 << 10);
+
 /// An emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Board {
@@ -109,6 +112,11 @@ impl Line {
         String::from_utf8(line).expect("text").trim_end_matches('\r').to_owned()
     }
 
+    /// Reads up to the greeting after a start.
+    pub(crate) fn skip_greeting(&mut self) {
+        while !self.read().starts_with("Grbl ") {}
+    }
+
     /// Sends `request` and returns the lines up to `ok` or an error, this included.
     pub(crate) fn ask(&mut self, request: &str) -> Vec<String> {
         self.send(format!("{request}\n").as_bytes());
@@ -146,9 +154,15 @@ impl Emulator {
     /// # Panics
     /// Where it is not possible although `PENVIS_REQUIRE_EMULATOR` is set.
     pub(crate) fn boot(board: Board, port: Port) -> Option<Self> {
+        Self::boot_with(board, port, &[])
+    }
+
+    /// The same with `scene` in its flash.
+    pub(crate) fn boot_with(board: Board, port: Port, scene: &[u8]) -> Option<Self> {
         let image = image(board.name())?;
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name);
+        fs::write(at("scene"), scene).expect("a file");
         let socket = |id: &str, wait| format!("socket,id={id},path={},server=on,wait={wait}", at(id).display());
         let port_device = match port {
             Port::Line => socket("port", "on"),
@@ -164,6 +178,7 @@ impl Emulator {
             .args(["-serial", "chardev:port", "-serial", "chardev:trace", "-serial", "chardev:monitor"])
             .arg("-kernel")
             .arg(image)
+            .args((!scene.is_empty()).then(|| ["-device".to_owned(), loader(&at("scene"))]).into_iter().flatten())
             .stdin(Stdio::null())
             .stdout(fs::File::create(at("output")).expect("a file"))
             .stderr(fs::File::create(at("errors")).expect("a file"))
@@ -217,10 +232,21 @@ impl Emulator {
         monitor.read()
     }
 
+    /// Resets the processor, and waits until the firmware greets.
+    pub(crate) fn restart(&mut self) {
+        self.monitor.as_mut().expect("QEMU's second socket").send(b"r");
+        self.line().skip_greeting();
+    }
+
     /// What the board has traced so far.
     pub(crate) fn trace(&self) -> Vec<u8> {
         fs::read(self.folder.path().join("trace")).expect("QEMU's file")
     }
+}
+
+/// Puts a file into flash, where `firmware/build.rs` has scenes lie.
+fn loader(scene: &Path) -> String {
+    format!("loader,file={},addr={SCENE:#x},force-raw=on", scene.display())
 }
 
 /// A thread that ends `child` when it is told to, or when its time is over: whoever waits for it then sees that it is gone.

@@ -140,6 +140,19 @@ fn a_board_draws_a_scene_by_itself() {
     is_faithful(&draw_model(&words).drawing, &recording(&emulator));
 }
 
+/// A scene in the flash is drawn without having been sent.
+#[test]
+fn a_scene_in_flash_is_traced_to_the_bit() {
+    let bytes = packed(&["saddle", "--iso", "2"]);
+    let Some(mut emulator) = Emulator::boot_with(Board::Mps2An500Scene, Port::Line, &bytes) else { return };
+    emulator.line().skip_greeting();
+    assert_eq!(emulator.line().ask("$PV"), [format!("[PV:0,65536,{}]", bytes.len()), "ok".to_owned()]);
+    let (found, _) = figures(&ask_long(emulator.line(), "$PV=TRACE"));
+    let expected = drawn(&bytes);
+    let expected = [expected.strokes.to_string(), expected.points.to_string(), format!("{:016x}", expected.hash)];
+    assert_eq!(found, expected);
+}
+
 /// Too large a scene ends with an error that says how much was needed, and the machine goes on living.
 #[test]
 fn a_scene_that_needs_too_much_memory_is_refused_and_the_machine_lives() {

@@ -1,5 +1,8 @@
 //! Stored scenes, drawn in thread mode.
-#![allow(unsafe_code, reason = "what outlives an abandoned thread mode is a static that only thread mode uses")]
+#![allow(
+    unsafe_code,
+    reason = "what outlives an abandoned thread mode is a static that only thread mode uses, and the scene in flash a place of the linker's"
+)]
 
 use core::cell::UnsafeCell;
 use core::fmt::Write as _;
@@ -10,11 +13,16 @@ use penvis_core::pipeline::Monitor;
 use penvis_firmware::Error;
 use penvis_firmware::scene::{Answer, Line, Offer, Studio, Surroundings, out_of_memory};
 
-use super::{HEAP, SHARED};
 use crate::thread::Ended;
+use crate::{HEAP, SCENE_BYTES, SHARED};
 
-/// Room for a scene that is sent, bytes: the largest built-in one has some 60 000.
-const SCENE_BYTES: usize = 65_536;
+/// Flash that `build.rs` leaves free for a scene, bytes.
+const STORED_BYTES: usize = 64 * 1024;
+
+unsafe extern "C" {
+    /// That flash: a scene, which is drawn until another is sent, or anything.
+    static _scene: [u8; STORED_BYTES];
+}
 
 /// Patches are not cut ahead of the sight lines: memory is scarcer than time.
 const CELLS: usize = 0;
@@ -25,13 +33,14 @@ struct Kept(UnsafeCell<Studio<SCENE_BYTES>>);
 // SAFETY: only `serve` uses it, which only thread mode calls, one context.
 unsafe impl Sync for Kept {}
 
-static STUDIO: Kept = Kept(UnsafeCell::new(Studio::new(&[], CELLS)));
+// SAFETY: the linker's script puts it into flash, which is never written to there.
+static STUDIO: Kept = Kept(UnsafeCell::new(Studio::new(unsafe { &_scene }, CELLS)));
 
 /// ms since the start.
 static NOW_MS: AtomicU32 = AtomicU32::new(0);
 
 /// Each millisecond.
-pub(super) fn tick() {
+pub(crate) fn tick() {
     // Nobody else writes it.
     NOW_MS.store(NOW_MS.load(Relaxed).wrapping_add(1), Relaxed);
 }
@@ -69,7 +78,7 @@ impl Surroundings for Thread {
 }
 
 /// Obeys an order, if there is one.
-pub(super) fn serve() {
+pub(crate) fn serve() {
     let Some(order) = SHARED.take_order() else { return };
     // SAFETY: an earlier reference is gone: with the return of this function, or with the stack of the work that was abandoned.
     let studio = unsafe { &mut *STUDIO.0.get() };
@@ -78,7 +87,7 @@ pub(super) fn serve() {
 }
 
 /// Answers the order at which the work before this one ended.
-pub(super) fn report(ended: &Ended) {
+pub(crate) fn report(ended: &Ended) {
     let answer = match ended {
         Ended::Never => return,
         Ended::OutOfMemory { needed, used, size } => out_of_memory(*needed, *used, *size),
