@@ -24,7 +24,7 @@
 //! Settings are kept in the last 8 KB of the 2 MB of flash. While they are written, which takes some tenths of a second, nothing else happens, and bytes that arrive are lost: senders
 //! wait for `ok` after a setting, as with every GRBL.
 //!
-//! With the features `heap,scene` it draws stored scenes by itself (`penvis pack`, `$PV=`): 168 KB of RAM are for that, and 24 KB for a scene that is sent. One of up to 64 KB can lie
+//! With the features `heap,scene`, an image that is untried and that the checks do not build, it draws stored scenes by itself (`penvis pack`, `$PV=`): 168 KB of RAM are for that, and 24 KB for a scene that is sent. One of up to 64 KB can lie
 //! in the flash, at 0x101ee000, put there with or after the firmware; then `$PV=DRAW` draws it.
 //!
 //! # Build and flash
