@@ -14,13 +14,14 @@ pub use dash::{DashPattern, dash};
 pub use ink::{Ink, Inks, KindPens};
 pub use join::join;
 pub use layout::{Layout, LayoutError};
-pub use order::order;
+pub use order::{Effort, Measure, Rest, Visit, order, route};
 pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 
 use penvis_core::stroke::{CurveKind, Stroke};
 
 use crate::drawing::{Page, Polyline};
+use crate::interrupt;
 
 /// Layer of everything that is hidden.
 pub const HIDDEN_LAYER: &str = "hidden";
@@ -109,7 +110,7 @@ pub fn lay_out(
         let whole = std::mem::take(&mut polylines);
         whole.into_iter().for_each(|polyline| clip(polyline, window, &mut polylines));
     }
-    let ordered = order(polylines);
+    let ordered = order(polylines, &Effort::default(), &interrupt::is_wanted);
     match hatching {
         Some(hatching) => join(ordered, hatching.pen_width_mm),
         None => ordered,
