@@ -15,6 +15,9 @@ const LOOKS_PER_SECOND: f64 = 18e6;
 /// What a first order and the neighbours of a stroke cost, in looks.
 const LOOKS_PER_STROKE: u64 = 140;
 
+/// Strokes for which the search takes all of its time.
+const MANY: f64 = 1000.0;
+
 /// Times that the search and the choice of where closed strokes begin take turns.
 const TURNS: u64 = 3;
 
@@ -23,10 +26,21 @@ const TURNS: u64 = 3;
 pub struct Effort {
     /// What is to become small.
     pub measure: Measure,
-    /// Time for the search in s. It is counted in work done, so that the same route is found on every machine; 0 for the first route only.
+    /// Time for the search in s, or less for [few strokes](Effort::looks). It is counted in work done, so that the same route is found on every
+    /// machine; 0 for the first route only.
     pub seconds: f64,
     /// Seed of the places where the search tries something else.
     pub seed: u64,
+}
+
+impl Effort {
+    /// Neighbours of ends that the search looks at for so many strokes, all its work counted in them. Few strokes need little: for fewer than
+    /// a thousand it falls about with the square of their number.
+    #[must_use]
+    pub fn looks(&self, strokes: usize) -> u64 {
+        let share = strokes as f64 / MANY;
+        (self.seconds * LOOKS_PER_SECOND * (share * (share + 0.1)).min(1.0)) as u64
+    }
 }
 
 /// A short route through polylines of one vertex or more, which are closed where the last vertex is the first; never longer than in the given order.
@@ -65,8 +79,7 @@ pub fn route(polylines: &[&[DVec2]], rest: Rest, effort: &Effort, stops: &dyn Fn
     }
     let has_closed = strokes.iter().any(Stroke::is_closed);
     let mut rng = fastrand::Rng::with_seed(effort.seed);
-    let most = (effort.seconds * LOOKS_PER_SECOND) as u64;
-    let mut left = most.saturating_sub(LOOKS_PER_STROKE * strokes.len() as u64);
+    let mut left = effort.looks(strokes.len()).saturating_sub(LOOKS_PER_STROKE * strokes.len() as u64);
     let turns = if has_closed { TURNS } else { 1 };
     for turn in 0..turns {
         let share = left / (turns - turn);

@@ -140,7 +140,7 @@ proptest! {
     ) {
         let lines: Vec<&[DVec2]> = lines.iter().map(Vec::as_slice).collect();
         let rest = Rest { before: before.then_some(DVec2::ZERO), after: after.then_some(DVec2::X * 50.0) };
-        let effort = Effort { seed, seconds: 0.01, ..Effort::default() };
+        let effort = Effort { seed, seconds: 0.2, ..Effort::default() };
         let visits = route(&lines, rest, &effort, &|| false);
         let mut seen: Vec<u32> = visits.iter().map(|v| v.stroke).collect();
         seen.sort_unstable();
