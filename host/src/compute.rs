@@ -149,6 +149,9 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let started = Instant::now();
     let hatching = settled.adaptive.map(|a| Hatching { levels: a.levels, pen_width_mm: options.pen_width_mm });
     let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, hatching);
+    if interrupt::is_wanted() {
+        return Err(Error::Interrupted { doing: "ordering strokes".into() });
+    }
     seconds.page = started.elapsed().as_secs_f64();
     let drawing = Drawing { name, page: settled.page, isos: settled.isos, pens: settled.pens, polylines };
     Ok(Computed { drawing, view, stats: traced.stats, seconds })

@@ -61,8 +61,7 @@ pub struct Hatching {
 /// Puts strokes on the paper, dashes or drops the hidden ones, cuts off what lies outside the layout's window, orders them for drawing, and joins
 /// adaptive isocurves.
 ///
-/// The layer is the name of the kind, `iso-k`, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes for anything but clustered
-/// ends.
+/// The layer is the name of the kind, `iso-k`, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes, and a second for their order.
 #[must_use]
 pub fn lay_out(
     strokes: &[Stroke],

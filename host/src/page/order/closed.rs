@@ -63,6 +63,17 @@ fn end(strokes: &[Stroke<'_>], visits: &[Visit], k: usize) -> Option<DVec2> {
     visits.get(k).map(|&v| strokes[v.stroke as usize].end(v))
 }
 
+/// A candidate of a stroke.
+struct Step {
+    visit: Visit,
+    /// Its place.
+    at: Option<DVec2>,
+    /// The least cost up to it.
+    cost: f64,
+    /// With which candidate of the stroke before.
+    from: usize,
+}
+
 /// The best of the candidates of a run of closed strokes.
 fn choose_run(
     strokes: &[Stroke<'_>],
@@ -72,8 +83,7 @@ fn choose_run(
     measure: Measure,
 ) {
     let way = |a: Option<DVec2>, b: Option<DVec2>| a.zip(b).map_or(0.0, |(a, b)| measure.of(a.distance(b)));
-    // For each candidate of each stroke the least cost up to it, and the candidate before it.
-    let mut steps: Vec<Vec<(Visit, Option<DVec2>, f64, usize)>> = Vec::with_capacity(run.len());
+    let mut steps: Vec<Vec<Step>> = Vec::with_capacity(run.len());
     for &visit in &*run {
         let stroke = &strokes[visit.stroke as usize];
         let candidates = candidates(stroke, visit);
@@ -84,20 +94,20 @@ fn choose_run(
                 Some(last) => last
                     .iter()
                     .enumerate()
-                    .map(|(from, c)| (c.2 + way(c.1, at), from))
+                    .map(|(from, step)| (step.cost + way(step.at, at), from))
                     .min_by(|a, b| a.0.total_cmp(&b.0))
                     .unwrap_or((0.0, 0)),
             };
-            (candidate, at, cost, from)
+            Step { visit: candidate, at, cost, from }
         });
         let step = step.collect();
         steps.push(step);
     }
     let Some(last) = steps.last() else { return };
-    let ends = last.iter().enumerate().map(|(k, c)| (c.2 + way(c.1, after), k));
+    let ends = last.iter().enumerate().map(|(k, step)| (step.cost + way(step.at, after), k));
     let mut k = ends.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |e| e.1);
     for (visit, step) in run.iter_mut().zip(&steps).rev() {
-        (*visit, k) = (step[k].0, step[k].3);
+        (*visit, k) = (step[k].visit, step[k].from);
     }
 }
 

@@ -31,6 +31,14 @@ impl Exchange {
     }
 }
 
+/// What an exchange leaves.
+struct Round {
+    /// Positions before the ways, upwards.
+    gaps: [u32; MOST],
+    /// Stretches in their new order: the rank of the way before each, and whether it is run forward.
+    stretches: [(u8, bool); MOST],
+}
+
 /// The round. What is done to it is noted until [`Tour::commit`] or [`Tour::undo`].
 pub(super) struct Tour {
     /// The end at which the stroke at each position begins.
@@ -92,15 +100,14 @@ impl Tour {
         true
     }
 
-    /// The stretches between the ways of an exchange in their new order: the rank of the way before each, and whether it is run forward.
-    /// None if they would not make one round.
-    fn round(x: &Exchange) -> Option<([u32; MOST], [(u8, bool); MOST])> {
+    /// The stretches between the ways of an exchange in their new order; none if they would not make one round.
+    fn round(x: &Exchange) -> Option<Round> {
         let k = x.count;
         let mut rank = [0u8; MOST];
         let mut gaps = [0; MOST];
-        for i in 0..k {
-            let r = (0..k).filter(|&j| x.gaps[j].0 < x.gaps[i].0).count();
-            (rank[i], gaps[r]) = (r as u8, x.gaps[i].0);
+        for (rank, &(gap, _)) in rank.iter_mut().zip(&x.gaps[..k]) {
+            let r = x.gaps[..k].iter().filter(|other| other.0 < gap).count();
+            (*rank, gaps[r]) = (r as u8, gap);
         }
         // The side of a way is 1 after it. Ends by twice the rank plus the side.
         let mut link = [0u8; 2 * MOST];
@@ -128,7 +135,7 @@ impl Tour {
                 return None;
             }
         }
-        Some((gaps, stretches))
+        Some(Round { gaps, stretches })
     }
 
     /// Whether an exchange leaves one round.
@@ -141,7 +148,7 @@ impl Tour {
 
     /// Does an exchange that leaves one round. Costs the strokes outside the longest stretch.
     pub(super) fn apply(&mut self, x: &Exchange) {
-        let Some((gaps, mut stretches)) = Self::round(x) else { return };
+        let Some(Round { gaps, mut stretches }) = Self::round(x) else { return };
         let (k, n) = (x.count, self.order.len() as u32);
         let length = |r: u8| {
             let (from, to) = (gaps[r as usize], gaps[if r as usize + 1 == k { 0 } else { r as usize + 1 }]);
