@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::closed;
-use super::cost::Measure;
+use super::cost::{Measure, Scale};
 use super::ends::{Ends, Rest};
 use super::search::Search;
 use super::start;
@@ -67,9 +67,13 @@ impl Effort {
 pub fn route(polylines: &[&[DVec2]], rest: Rest, effort: &Effort, stops: &dyn Fn() -> bool) -> Vec<Visit> {
     let strokes: Vec<Stroke<'_>> = polylines.iter().map(|p| Stroke::new(p)).collect();
     let strokes = strokes.as_slice();
-    let given = strokes.iter().zip(0..).map(|(s, k)| s.visit(k, 0)).collect();
-    let mut best = Best { strokes, rest, measure: effort.measure, cost: 0.0, visits: given };
-    best.cost = total(strokes, &best.visits, rest, effort.measure);
+    let given: Vec<Visit> = strokes.iter().zip(0..).map(|(s, k)| s.visit(k, 0)).collect();
+    let places = strokes.iter().flat_map(|s| (0..s.starts()).map(|k| s.start(k))).chain(rest.before).chain(rest.after);
+    let low = places.clone().fold(DVec2::INFINITY, DVec2::min);
+    let high = places.fold(DVec2::NEG_INFINITY, DVec2::max);
+    let scale = Scale::new(effort.measure, low.distance(high), strokes.len() + 1);
+    let cost = total(strokes, &given, rest, |a, b| scale.between(a, b));
+    let mut best = Best { strokes, rest, measure: effort.measure, scale, cost, visits: given };
     let from = rest.before.or_else(|| strokes.first().map(|s| s.start(0))).unwrap_or(DVec2::ZERO);
     let nearest = start::nearest(strokes, from);
     let greedy = pick(strokes, &nearest, &start::greedy(&ends(strokes, &nearest)));
@@ -113,7 +117,9 @@ struct Best<'a> {
     strokes: &'a [Stroke<'a>],
     rest: Rest,
     measure: Measure,
-    cost: f64,
+    /// Whole numbers, so that roundings make no difference between routes that are equally long.
+    scale: Scale,
+    cost: i64,
     visits: Vec<Visit>,
 }
 
@@ -121,7 +127,7 @@ impl Best<'_> {
     /// Takes another route if it is better once its closed strokes begin where they should; whether it is.
     fn consider(&mut self, mut visits: Vec<Visit>) -> bool {
         closed::choose(self.strokes, &mut visits, self.rest, self.measure);
-        let cost = total(self.strokes, &visits, self.rest, self.measure);
+        let cost = total(self.strokes, &visits, self.rest, |a, b| self.scale.between(a, b));
         let is_better = cost < self.cost;
         if is_better {
             (self.cost, self.visits) = (cost, visits);

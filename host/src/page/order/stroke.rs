@@ -1,8 +1,9 @@
 //! Strokes as the search for their order sees them.
 
+use std::iter::{self, Sum};
+
 use glam::DVec2;
 
-use super::cost::Measure;
 use super::ends::Rest;
 
 /// Farthest that anything is from the origin for the search, in mm: what is farther, or no number, is no place on paper.
@@ -69,16 +70,16 @@ impl<'a> Stroke<'a> {
     }
 }
 
-/// Cost of all ways of an order.
-pub(super) fn total(strokes: &[Stroke<'_>], visits: &[Visit], rest: Rest, measure: Measure) -> f64 {
-    let (mut at, mut sum) = (rest.before, 0.0);
-    for &visit in visits {
-        let stroke = &strokes[visit.stroke as usize];
-        sum += at.map_or(0.0, |at| measure.of(at.distance(stroke.begin(visit))));
-        at = Some(stroke.end(visit));
-    }
-    match (at, rest.after) {
-        (Some(at), Some(after)) if !visits.is_empty() => sum + measure.of(at.distance(after)),
-        _ => sum,
-    }
+/// Sum of the costs of all ways of an order.
+pub(super) fn total<T: Sum>(
+    strokes: &[Stroke<'_>],
+    visits: &[Visit],
+    rest: Rest,
+    cost: impl Fn(DVec2, DVec2) -> T,
+) -> T {
+    let begins = visits.iter().map(|&v| Some(strokes[v.stroke as usize].begin(v)));
+    let ends = visits.iter().map(|&v| Some(strokes[v.stroke as usize].end(v)));
+    let ways = iter::once(rest.before).chain(ends).zip(begins.chain([rest.after]));
+    let ways = ways.filter_map(|(from, to)| from.zip(to));
+    if visits.is_empty() { iter::empty().sum() } else { ways.map(|(from, to)| cost(from, to)).sum() }
 }
