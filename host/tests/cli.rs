@@ -55,9 +55,12 @@ fn every_format_is_written_in_one_run() {
     assert!(told.starts_with("sail: ") && told.contains(" mm of ink, "), "{told}");
     let lines: Vec<_> = told.lines().collect();
     // The sum, its layers, and how visibility was decided.
-    assert!(matches!(lines[..], [_, boundary, iso, visibility]
+    assert!(
+        matches!(lines[..], [_, boundary, iso, visibility]
         if boundary.starts_with("  boundary with pen 1: ") && iso.starts_with("  iso with pen 1: ")
-            && visibility.starts_with("visibility: ")), "{told}");
+            && visibility.starts_with("visibility: ")),
+        "{told}"
+    );
     assert!(told.contains("none undecided"), "{told}");
     assert!(done.stdout.is_empty());
     assert_eq!(files(&folder), ["a.gcode", "a.hpgl", "a.json", "a.nc", "a.plt", "a.png", "a.svg", "s.json"]);
