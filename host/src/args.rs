@@ -19,6 +19,9 @@ pub struct DrawArgs {
     /// Write counts and seconds per stage to a JSON file
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    /// Show the ways with the pen up too, in .png
+    #[arg(long, conflicts_with = "render")]
+    pub show_travel: bool,
     /// Paint the surfaces, lit by --light, instead of drawing: a quick look, as .png, that lies on the page as the drawing
     /// will
     #[arg(long, conflicts_with = "stats")]

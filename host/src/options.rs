@@ -246,6 +246,8 @@ pub struct DrawOptions {
     pub estimated: Device,
     /// Where the stats go.
     pub stats: Option<PathBuf>,
+    /// Whether pictures show the ways with the pen up.
+    pub show_travel: bool,
     /// Whether the surfaces are painted instead of drawn; all outputs are pictures then.
     pub render: bool,
 }
@@ -291,7 +293,16 @@ impl DrawOptions {
         let only_hpgl =
             outputs.iter().any(|o| o.format == Format::Hpgl) && outputs.iter().all(|o| o.format != Format::Gcode);
         let estimated = asked.unwrap_or_else(|| if only_hpgl { hpgl.clone() } else { gcode.clone() });
-        let options = Self { drawing, outputs, gcode, hpgl, estimated, stats: args.stats.clone(), render: args.render };
+        let options = Self {
+            drawing,
+            outputs,
+            gcode,
+            hpgl,
+            estimated,
+            stats: args.stats.clone(),
+            show_travel: args.show_travel,
+            render: args.render,
+        };
         if let Some(page) = options.drawing.stated_page() {
             options.check_page(page)?;
         }

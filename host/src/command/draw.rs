@@ -79,15 +79,21 @@ fn render(options: &DrawOptions, progress: Progress) -> Result<(), Error> {
     Ok(())
 }
 
+/// What was typed, as a shell would take it again.
+fn command_line() -> String {
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    shell_words::join(std::iter::once("penvis".to_owned()).chain(words))
+}
+
 /// The bytes of one output.
 fn emit(output: &Output, computed: &Computed, options: &DrawOptions) -> Result<Vec<u8>, Error> {
     let path = || -> PathBuf { output.path.clone() };
     let drawing = &computed.drawing;
     let made: Result<Vec<u8>, EmitError> = match output.format {
-        Format::Svg => Ok(emit::svg(drawing).into_bytes()),
+        Format::Svg => Ok(emit::svg(drawing, Some(&command_line())).into_bytes()),
         Format::Gcode => emit::gcode(drawing, &options.gcode).map(String::into_bytes),
         Format::Hpgl => emit::hpgl(drawing, &options.hpgl).map(String::into_bytes),
-        Format::Png => emit::png(drawing),
+        Format::Png => emit::png(drawing, options.show_travel),
         Format::Json => {
             let text = emit::json(drawing, &computed.view).map_err(|source| Error::Json { path: path(), source })?;
             Ok(text.into_bytes())

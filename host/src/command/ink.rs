@@ -43,8 +43,10 @@ pub(crate) fn write(
 ) -> Result<(), Error> {
     let drawing = recording.drawing(name, page, place);
     let picture = match Format::of_path(path) {
-        Some(Format::Png) => emit::png(&drawing).map_err(|source| Error::Emit { path: path.to_owned(), source })?,
-        _ => emit::svg(&drawing).into_bytes(),
+        Some(Format::Png) => {
+            emit::png(&drawing, false).map_err(|source| Error::Emit { path: path.to_owned(), source })?
+        }
+        _ => emit::svg(&drawing, None).into_bytes(),
     };
     output::write_all(&[(PathBuf::from(path), picture)])
 }

@@ -1,5 +1,6 @@
 //! A picture of the inked paper.
 
+use glam::DVec2;
 use tiny_skia::{Color, ColorU8, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform};
 
 use super::EmitError;
@@ -20,30 +21,48 @@ const PAPER: [u8; 3] = [252, 250, 245];
 /// Painted surfaces in full light: plaster, told from the paper.
 const SURFACE: [u8; 3] = [232, 229, 222];
 
+/// Ways with the pen up: a light blue that no pen has.
+const TRAVEL: [u8; 3] = [130, 185, 235];
+
+/// Width in mm of the ways with the pen up.
+const TRAVEL_MM: f64 = 0.1;
+
 /// The drawing as PNG: ink as wide and of the colour of each pen on paper, antialiased, at [`DPI`]. A pen thinner than a pixel keeps its share
-/// of it.
+/// of it. With `travel`, the ways of the pen between strokes are under the ink, from the lower left corner and back to it.
 ///
 /// # Errors
 /// If the page is too narrow for a pixel.
-pub fn png(drawing: &Drawing) -> Result<Vec<u8>, EmitError> {
+pub fn png(drawing: &Drawing, travel: bool) -> Result<Vec<u8>, EmitError> {
     let page = drawing.page;
     let pixels = Pixels::new(page, DPI)?;
     let scale = pixels.per_mm;
     let mut picture = paper(page, &pixels)?;
     let round = Stroke { line_cap: LineCap::Round, line_join: LineJoin::Round, ..Stroke::default() };
-    for polyline in &drawing.polylines {
+    let mut line = |points: &[DVec2], [r, g, b]: [u8; 3], width_mm: f64| {
         let mut path = PathBuilder::new();
-        for (k, p) in polyline.page.iter().enumerate() {
+        for (k, p) in points.iter().enumerate() {
             let (x, y) = ((p.x * scale) as f32, ((page.height_mm - p.y) * scale) as f32);
             if k == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
         }
         // No path comes of points that are not finite: there is no ink for them.
-        let Some(path) = path.finish() else { continue };
+        let Some(path) = path.finish() else { return };
         let mut paint = Paint::default();
-        let [r, g, b] = drawing.pens.color(polyline.pen);
         paint.set_color_rgba8(r, g, b, 255);
-        let stroke = Stroke { width: (drawing.pens.width_mm(polyline.pen) * scale) as f32, ..round.clone() };
+        let stroke = Stroke { width: (width_mm * scale) as f32, ..round.clone() };
         picture.stroke_path(&path, &paint, &stroke, Transform::identity(), None);
+    };
+    if travel {
+        let mut at = DVec2::ZERO;
+        let ends = drawing.polylines.iter().filter_map(|p| Some([*p.page.first()?, *p.page.last()?]));
+        for [first, last] in ends.chain([[DVec2::ZERO; 2]]) {
+            if first != at {
+                line(&[at, first], TRAVEL, TRAVEL_MM);
+            }
+            at = last;
+        }
+    }
+    for polyline in &drawing.polylines {
+        line(&polyline.page, drawing.pens.color(polyline.pen), drawing.pens.width_mm(polyline.pen));
     }
     picture.encode_png().map_err(|_| impossible(page))
 }
@@ -116,7 +135,7 @@ mod tests {
         let lines = vec![polyline(Iso, 1, &[[5.0, 12.7], [20.0, 12.7]])];
         let mut drawing = drawing(25.4, 50.8, lines);
         drawing.pens = Pens::new(BTreeMap::new(), 1.0);
-        let bytes = png(&drawing).unwrap();
+        let bytes = png(&drawing, false).unwrap();
         let picture = Pixmap::decode_png(&bytes).unwrap();
         assert_eq!((picture.width(), picture.height()), (300, 600));
         let grey = |x, y| picture.pixel(x, y).unwrap().green();
@@ -125,6 +144,22 @@ mod tests {
         // Half a millimetre on both sides, and a round end.
         assert_eq!((grey(150, 445), grey(150, 455), grey(150, 458)), (0, 0, PAPER[1]));
         assert_eq!((grey(55, 450), grey(50, 450)), (0, PAPER[1]));
+    }
+
+    #[test]
+    fn ways_with_the_pen_up_are_shown_on_request() {
+        let lines =
+            vec![polyline(Iso, 1, &[[5.0, 12.7], [20.0, 12.7]]), polyline(Iso, 1, &[[20.0, 25.4], [5.0, 25.4]])];
+        let drawing = drawing(25.4, 50.8, lines);
+        let shown = |travel| {
+            let picture = Pixmap::decode_png(&png(&drawing, travel).unwrap()).unwrap();
+            // Halfway up from the end of the one line to the beginning of the other.
+            let pixel = picture.pixel(236, 375).unwrap();
+            [pixel.red(), pixel.green(), pixel.blue()]
+        };
+        assert_eq!(shown(false), PAPER);
+        let [red, _, blue] = shown(true);
+        assert!(red < 200 && blue > 220, "{red} {blue}");
     }
 
     #[test]
@@ -142,14 +177,14 @@ mod tests {
 
     #[test]
     fn large_sheets_are_coarser_and_odd_ones_refused() {
-        let large = png(&drawing(10_000.0, 10.0, Vec::new())).unwrap();
+        let large = png(&drawing(10_000.0, 10.0, Vec::new()), true).unwrap();
         assert_eq!(Pixmap::decode_png(&large).unwrap().width(), 8000);
-        assert!(matches!(png(&drawing(10_000.0, 0.1, Vec::new())), Err(EmitError::Picture { .. })));
+        assert!(matches!(png(&drawing(10_000.0, 0.1, Vec::new()), false), Err(EmitError::Picture { .. })));
     }
 
     #[test]
     fn points_that_are_not_finite_leave_no_ink() {
         let lines = vec![polyline(Iso, 1, &[[f64::NAN, 1.0], [f64::INFINITY, 2.0]])];
-        assert!(png(&drawing(10.0, 10.0, lines)).is_ok());
+        assert!(png(&drawing(10.0, 10.0, lines), true).is_ok());
     }
 }

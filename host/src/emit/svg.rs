@@ -9,9 +9,9 @@ use crate::drawing::{Drawing, Polyline};
 const DECIMALS: usize = 3;
 
 /// The drawing as SVG: user units are mm, one group for each layer and pen in order of first appearance, one path for what is
-/// drawn without lifting the pen, round ends, strokes as wide as the pen and of its ink.
+/// drawn without lifting the pen, round ends, strokes as wide as the pen and of its ink. `command` is what made it, for the metadata.
 #[must_use]
-pub fn svg(drawing: &Drawing) -> String {
+pub fn svg(drawing: &Drawing, command: Option<&str>) -> String {
     let (width, height) = (decimal(drawing.page.width_mm, 4), decimal(drawing.page.height_mm, 4));
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -19,6 +19,16 @@ pub fn svg(drawing: &Drawing) -> String {
          width=\"{width}mm\" height=\"{height}mm\" viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n",
         escape(&drawing.name)
     );
+    if let Some(command) = command {
+        // As Inkscape and vpype keep where a document comes from.
+        let _ = writeln!(
+            text,
+            "<metadata><rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" xmlns:cc=\"http://creativecommons.org/ns#\" \
+             xmlns:dc=\"http://purl.org/dc/elements/1.1/\"><cc:Work rdf:about=\"\"><dc:format>image/svg+xml</dc:format><dc:source>{}</dc:source>\
+             </cc:Work></rdf:RDF></metadata>",
+            escape(command)
+        );
+    }
     let groups = groups(drawing);
     for (k, &(layer, pen)) in groups.iter().enumerate() {
         // Layers of one name that are drawn by several pens are told apart by these.
@@ -119,6 +129,8 @@ mod tests {
 </g>
 </svg>
 "##;
-        assert_eq!(svg(&drawing), expected);
+        assert_eq!(svg(&drawing, None), expected);
+        let told = svg(&drawing, Some("penvis draw 'a&b' -o c.svg"));
+        assert!(told.contains("<dc:source>penvis draw 'a&amp;b' -o c.svg</dc:source>"), "{told}");
     }
 }
