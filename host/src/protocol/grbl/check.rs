@@ -15,8 +15,7 @@ use std::time::Duration;
 use super::plan::is_dwell;
 use super::report::{self, Place, Status};
 use super::{BARRIER, Event, Fault, Grbl, Phase, Protocol, QUERY, Sent, What, explain, refused};
-use crate::emit::decimal;
-use crate::trace::gcode::{Distance, Modal, Units};
+use crate::trace::gcode::{Distance, Modal};
 
 /// The `ok` of a `$G` follows its answer at once; after this time it is taken for lost.
 const OK_WAIT: Duration = Duration::from_secs(1);
@@ -40,8 +39,6 @@ const REPORT_ROUNDING: f64 = 0.0005;
 const STEP_COARSE: f64 = 0.05;
 /// Half the last digit of what is sent in differences, mm, twice: the model stays so near to the job.
 const SENT_ROUNDING: f64 = 0.001;
-/// Decimals of a feed that is sent again, in mm/min or inches/min.
-const FEED_DECIMALS: usize = 3;
 /// Relative error of a number that is read in floats of 32 bits, each digit by itself.
 const FLOAT_ERROR: f64 = 2.4e-7;
 
@@ -49,7 +46,7 @@ const FLOAT_ERROR: f64 = 2.4e-7;
 #[derive(Debug)]
 pub(super) struct Checking {
     /// Lines that are still to be sent for it.
-    queue: VecDeque<(String, What)>,
+    pub(super) queue: VecDeque<(String, What)>,
     stage: Stage,
     /// What `$G` told, and when.
     reported: Option<(Modal, Duration)>,
@@ -57,11 +54,11 @@ pub(super) struct Checking {
     asked_at: Duration,
     asked: u32,
     /// Answers in a row that were not as wanted.
-    misses: u32,
+    pub(super) misses: u32,
     /// Whether the lines of the pen were repeated.
     repeated: bool,
     /// Whether the feed was sent again.
-    feed_sent: bool,
+    pub(super) feed_sent: bool,
     /// Whether the place was seen to be right already.
     placed: bool,
     without_origin: u32,
@@ -318,10 +315,7 @@ impl Grbl {
                 Fault::Garbled { at, wanted, found }
             });
         }
-        if let Some((wanted_feed, found_feed)) = report::feed_difference(&wanted, &found, self.told.unit_mm)
-            && !self.told.other_feed
-            && !self.feed_is_other(&wanted, wanted_feed, found_feed, now)
-        {
+        if !self.feed_is_settled(&wanted, &found, now) {
             return;
         }
         let Some(checking) = &mut self.checking else { return };
@@ -343,42 +337,6 @@ impl Grbl {
             return self.finish_check(now);
         }
         self.ask_place(now);
-    }
-
-    /// The feed (mm/min) is not that of the job: it is set again. What has been drawn is where it must be, so this is no reason to
-    /// stop. False if an answer is to be waited for.
-    fn feed_is_other(&mut self, state: &Modal, wanted: f64, found: f64, now: Duration) -> bool {
-        let (first, last) = (self.plan.start(self.part), self.plan.check(self.part).map_or(0, |check| check.end));
-        let lines = [first, last.saturating_sub(1)].map(|line| self.place_of(line).number);
-        let Some(checking) = &mut self.checking else { return false };
-        checking.misses += 1;
-        if checking.misses == 1 {
-            // The report itself may have been changed on the way.
-            self.ask_again(now);
-            return false;
-        }
-        let text = if checking.feed_sent {
-            self.told.other_feed = true;
-            format!(
-                "the plotter tells a feed of {found:.0} mm/min where {wanted:.0} was sent; its feed is not verified"
-            )
-        } else {
-            checking.feed_sent = true;
-            checking.misses = 0;
-            let feed = decimal(wanted / state.units.map_or(1.0, Units::mm), FEED_DECIMALS);
-            checking.queue.extend([(format!("F{feed}"), What::Errand), (QUERY.to_owned(), What::Query)]);
-            format!(
-                "the plotter took a feed of {found:.0} and not {wanted:.0} mm/min in lines {} to {}: a byte was lost or changed on the \
-                 line; what they drew is in its place, but was drawn at the wrong speed, and the feed is set again",
-                lines[0], lines[1]
-            )
-        };
-        self.outbox.tell(Event::Warning(text));
-        if self.told.other_feed {
-            return true;
-        }
-        self.advance_check(now);
-        false
     }
 
     /// Sends the lines that move the pen again, once; fails if they cannot be.

@@ -20,6 +20,7 @@ mod check;
 mod codes;
 mod control;
 mod explain;
+mod feed;
 mod job;
 mod plan;
 mod replies;

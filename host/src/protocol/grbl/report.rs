@@ -120,8 +120,7 @@ pub(super) fn modal(line: &str) -> Option<Modal> {
 }
 
 /// The first thing in which a reported state differs from the wanted one, as far as that is known: wanted and found, in words
-/// of G-code. Motion is left aside, as lines with coordinates name it, and so is the feed, on which only the speed depends: see
-/// [`feed_difference`].
+/// of G-code. Motion is left aside, as lines with coordinates name it, and so is the feed, on which only the speed depends.
 pub(super) fn difference(wanted: &Modal, found: &Modal) -> Option<(String, String)> {
     /// S is reported without decimals.
     const SPEED_ROUNDING: f64 = 0.51;
@@ -166,38 +165,9 @@ pub(super) fn difference(wanted: &Modal, found: &Modal) -> Option<(String, Strin
         })
 }
 
-/// The wanted and the found feed (mm/min) where they differ, as far as both are known. `unit_mm` is the unit of reports.
-pub(super) fn feed_difference(wanted: &Modal, found: &Modal, unit_mm: f64) -> Option<(f64, f64)> {
-    /// F is reported without decimals in mm/min, and with one in inches/min; and it is read as a float of 32 bits.
-    const FEED_ROUNDING: f64 = 0.51;
-    const FLOAT_ERROR: f64 = 2.4e-7;
-    let (wanted, found) = (wanted.feed?, found.feed?);
-    let rounding = if unit_mm == 1.0 { FEED_ROUNDING } else { FEED_ROUNDING / 10.0 * unit_mm };
-    ((wanted - found).abs() > rounding + FLOAT_ERROR * wanted.abs()).then_some((wanted, found))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn feeds_differ_beyond_their_rounding() {
-        let feed = |feed: Option<f64>| Modal { feed, ..Modal::default() };
-        let table = [
-            (Some(2000.4), Some(2000.0), 1.0, false),
-            (Some(2000.0), Some(200.0), 1.0, true),
-            (Some(2000.0), Some(2001.0), 1.0, true),
-            // 78.7 inches are 1998.98 mm.
-            (Some(2000.0), Some(78.7 * 25.4), 25.4, false),
-            (Some(2000.0), Some(78.6 * 25.4), 25.4, true),
-            (None, Some(200.0), 1.0, false),
-            (Some(200.0), None, 1.0, false),
-        ];
-        for (wanted, found, unit_mm, differ) in table {
-            let difference = feed_difference(&feed(wanted), &feed(found), unit_mm);
-            assert_eq!(difference.is_some(), differ, "{wanted:?} {found:?}");
-        }
-    }
 
     #[test]
     fn whole_reports_are_understood() {
