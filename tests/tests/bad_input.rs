@@ -649,7 +649,7 @@ const CHANGES: &[Change] = &[
         "toml",
         "[page]",
         "[pages]",
-        "FILE: line 16: there is no key `pages` in a scene; the nearest one is `page`, and all are name, object, style, camera, page",
+        "FILE: line 16: there is no key `pages` in a scene; the nearest one is `page`, and all are name, object, style, camera, page, pen",
     ),
     ("toml", "[[object]]", "[object]", "FILE: line 5: duplicate key at `object`"),
     ("toml", "scale = 2", "scale = [2, 2", "FILE: line 5: missing comma between array elements, expected `,`"),
