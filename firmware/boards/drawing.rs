@@ -33,8 +33,8 @@ struct Kept(UnsafeCell<Studio<SCENE_BYTES>>);
 // SAFETY: only `serve` uses it, which only thread mode calls, one context.
 unsafe impl Sync for Kept {}
 
-// SAFETY: the linker's script puts it into flash, which is never written to there.
-static STUDIO: Kept = Kept(UnsafeCell::new(Studio::new(unsafe { &_scene }, CELLS)));
+/// All zeros, so that no flash is taken for it: it learns in `serve` where a scene is stored.
+static STUDIO: Kept = Kept(UnsafeCell::new(Studio::new(&[], CELLS)));
 
 /// ms since the start.
 static NOW_MS: AtomicU32 = AtomicU32::new(0);
@@ -82,6 +82,8 @@ pub(crate) fn serve() {
     let Some(order) = SHARED.take_order() else { return };
     // SAFETY: an earlier reference is gone: with the return of this function, or with the stack of the work that was abandoned.
     let studio = unsafe { &mut *STUDIO.0.get() };
+    // SAFETY: the linker's script puts it into flash, which is never written to there.
+    studio.set_stored(unsafe { &_scene });
     SHARED.finish(studio.obey(&order, &Thread));
     SCB::set_pendsv();
 }

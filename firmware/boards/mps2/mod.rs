@@ -18,6 +18,8 @@
 //!
 //! What is stored is kept in RAM that outlives a reset of the processor, see `kept.rs`. Limit switches are where the monitor is told to put them.
 
+// It holds the controller and the stepper once more, for which images with the core have no room.
+#[cfg(not(feature = "scene"))]
 mod bench;
 mod kept;
 mod monitor;

@@ -1,6 +1,6 @@
 //! Measurements and trials, each asked for by a byte at UART2 and answered there by a line. They are done in thread mode, while the machine works.
 //!
-//! `s` the stack used at most since the start, of all contexts, bytes; `t` what a step costs, see `bench.rs`; `l` puts limit switches below where the motors stand; `r` resets the
+//! `s` the stack used at most since the start, of all contexts, bytes; `t` what a step costs, see `bench.rs` (in images without the core, which are built for speed); `l` puts limit switches below where the motors stand; `r` resets the
 //! processor, and is not answered; with a heap, `h` its use, and `m` asks for memory until there is no more:
 //! its answer is how that ended.
 
@@ -8,8 +8,10 @@ use core::fmt::Write as _;
 
 use penvis_firmware::AXES;
 
+use super::SHARED;
+#[cfg(not(feature = "scene"))]
+use super::bench;
 use super::registers::UART2;
-use super::{SHARED, bench};
 
 /// What unused stack holds.
 const PAINT: u32 = 0xa5a5_5a5a;
@@ -56,6 +58,7 @@ pub(crate) fn serve() {
     while let Some(request) = UART2.take() {
         match request {
             b's' => say(format_args!("{} bytes of stack", stack_used())),
+            #[cfg(not(feature = "scene"))]
             b't' => say(format_args!("{}", bench::step())),
             b'l' => put_switches(),
             b'r' => cortex_m::peripheral::SCB::sys_reset(),

@@ -29,6 +29,7 @@ pub(crate) const UART0: Uart = Uart(0x4000_4000);
 pub(crate) const UART1: Uart = Uart(0x4000_5000);
 pub(crate) const UART2: Uart = Uart(0x4000_6000);
 /// Not modelled by QEMU, which takes what is written to it and forgets that.
+#[cfg(not(feature = "scene"))]
 pub(crate) const GPIO0: Gpio = Gpio(0x4001_0000);
 
 fn read(address: usize) -> u32 {
@@ -74,9 +75,11 @@ impl Timer {
 }
 
 /// A port of pins, by its address.
+#[cfg(not(feature = "scene"))]
 #[derive(Clone, Copy)]
 pub(crate) struct Gpio(usize);
 
+#[cfg(not(feature = "scene"))]
 impl Gpio {
     const DATAOUT: usize = 0x4;
 

@@ -44,6 +44,12 @@ impl<const N: usize> Studio<N> {
         Self { scene: Vec::new(), stored: if stored.is_empty() { None } else { Some(stored) }, cells }
     }
 
+    /// Says where a scene may be stored. A static studio that is told so when it is first used, and begins with nothing stored and no cells, is all zeros, and
+    /// takes no flash for its memory.
+    pub fn set_stored(&mut self, stored: &'static [u8]) {
+        self.stored = (!stored.is_empty()).then_some(stored);
+    }
+
     /// Does what was asked for. Takes long if that is a drawing.
     pub fn obey(&mut self, order: &Order, surroundings: &dyn Surroundings) -> Answer {
         match order {
