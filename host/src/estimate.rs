@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::device::{Device, Language, Pen};
 use crate::drawing::Drawing;
 use crate::emit::{self, Run};
+use crate::straight;
 use crate::trace::{Pace, Timer, hpgl};
 
 /// Grid on which ends of strokes meet, in mm: the decimals of G-code.
@@ -174,19 +175,10 @@ fn lift_seconds(pen: &Pen, acceleration: f64) -> [f64; 2] {
     match *pen {
         Pen::Servo { raise_s, lower_s, .. } => [raise_s, lower_s],
         Pen::Z { up_mm, down_mm, feed, soft_mm, soft_feed } => {
-            let seconds = |length: f64, feed: f64| move_seconds(length, feed / 60.0, acceleration);
+            let seconds = |length: f64, feed: f64| straight::seconds(length, feed / 60.0, acceleration);
             let height = up_mm - down_mm;
             [seconds(height, feed), seconds(height - soft_mm, feed) + seconds(soft_mm, soft_feed)]
         }
-    }
-}
-
-/// Time in s of a straight move of `length` mm from rest to rest, at `speed` mm/s at most.
-fn move_seconds(length: f64, speed: f64, acceleration: f64) -> f64 {
-    if length * acceleration < speed * speed {
-        2.0 * (length / acceleration).sqrt()
-    } else {
-        length / speed + speed / acceleration
     }
 }
 
@@ -214,15 +206,6 @@ mod tests {
             estimate.layers.iter().map(|l| (l.layer.as_str(), l.ink_mm, l.travel_mm, l.lifts)).collect();
         assert_eq!(found, [("boundary", 30.0, 5.0, 1), ("iso", 20.0, 10.0, 1)]);
         assert_eq!((estimate.home_mm, estimate.travel_mm()), (5.0, 20.0));
-    }
-
-    #[test]
-    fn a_move_is_a_triangle_or_a_trapezoid() {
-        // 100 mm/s and 100 mm/s²: a second and 50 mm to full speed.
-        assert_eq!(move_seconds(0.0, 100.0, 100.0), 0.0);
-        assert_eq!(move_seconds(25.0, 100.0, 100.0), 1.0);
-        assert_eq!(move_seconds(100.0, 100.0, 100.0), 2.0);
-        assert_eq!(move_seconds(300.0, 100.0, 100.0), 4.0);
     }
 
     #[test]

@@ -12,7 +12,7 @@
 //! | [`interrupt`] | Ctrl-C |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
 //! | [`device`] | plotters as data |
-//! | [`trace`], [`estimate`] | what a job does, piece by piece, and how long it and a drawing take |
+//! | [`trace`], [`estimate`], `straight` | what a job does, piece by piece, and how long it and a drawing take |
 //! | [`preflight`] | what would go wrong with a job, said before it is sent |
 //! | [`protocol`], [`stream`], [`sim`] | a job on its way to a plotter, real or simulated |
 //! | [`journal`], [`resume`] | what is drawn of an unfinished plot, on the disk, and what is left of it |
@@ -44,6 +44,7 @@ pub mod settle;
 pub mod sim;
 pub mod stats;
 pub mod store;
+mod straight;
 pub mod stream;
 pub mod style;
 pub mod trace;

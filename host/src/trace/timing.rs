@@ -13,6 +13,7 @@ use glam::DVec3;
 use penvis_firmware::{AXES, Mechanics, SEGMENTS, Slice, Stopwatch};
 
 use crate::device::{Device, Language, Streaming};
+use crate::straight;
 
 /// Bits of a byte on the line: with its start and stop bit.
 const BITS: f64 = 10.0;
@@ -213,9 +214,7 @@ impl Timer {
 
     /// A straight move by so many mm, along which the axis that moves farthest has this feed in mm/min.
     pub(crate) fn go_by_axis(&mut self, way: DVec3, feed: f64) {
-        let longest = way.abs().max_element();
-        let factor = if longest > 0.0 { way.length() / longest } else { 1.0 };
-        self.go(way, Some(feed * factor));
+        self.go(way, Some(feed * straight::over_longest_axis(way)));
     }
 
     /// All motion ends, and the piece is taken after that.

@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use crate::straight;
+
 /// How ways between strokes are rated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
@@ -26,15 +28,7 @@ impl Measure {
         match *self {
             Self::Distance => length_mm,
             Self::Time { .. } if length_mm == 0.0 => 0.0,
-            Self::Time { lift_s, speed, acceleration } => {
-                let ramps = speed * speed / acceleration;
-                let way = if length_mm < ramps {
-                    2.0 * (length_mm / acceleration).sqrt()
-                } else {
-                    length_mm / speed + speed / acceleration
-                };
-                lift_s + way
-            }
+            Self::Time { lift_s, speed, acceleration } => lift_s + straight::seconds(length_mm, speed, acceleration),
         }
     }
 }

@@ -21,6 +21,7 @@ use super::Recording;
 use super::motion::{Motion, Move, Pencil, Sense};
 use super::peer::{Peer, PeerError, Trouble};
 use crate::device::{Hpgl as Language, Paper};
+use crate::straight;
 use clip::Window;
 use control::Control;
 use instruction::State;
@@ -209,7 +210,7 @@ impl Hpgl {
             Some(Op::Go([x, y])) => {
                 let target = DVec3::new(x, y, 0.0) * self.unit;
                 // Each axis has its own motor: along a diagonal the pen is √2 times as fast, and gets there √2 times as soon.
-                let factor = across(target - self.motion.planned());
+                let factor = straight::over_longest_axis(target - self.motion.planned());
                 let (speed, acceleration) = (self.state.speed * factor, ACCELERATION * factor);
                 self.motion.push(Move { target, speed, acceleration, rapid: false });
             }
@@ -397,12 +398,6 @@ impl Peer for Hpgl {
     fn recording(&self) -> Recording {
         self.motion.recording(self.lost)
     }
-}
-
-/// How much longer a way is than its part along the axis on which that is longest: 1 to √2.
-fn across(way: DVec3) -> f64 {
-    let longest = way.abs().max_element();
-    if longest > 0.0 { way.length() / longest } else { 1.0 }
 }
 
 #[cfg(test)]
