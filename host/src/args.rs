@@ -29,6 +29,9 @@ pub struct DrawArgs {
     /// What is drawn, and on which paper
     #[command(flatten)]
     pub drawing: DrawingArgs,
+    /// The order of strokes
+    #[command(flatten)]
+    pub path: PathArgs,
 }
 
 /// What is drawn, and on which paper: the arguments of every command that computes a drawing.
@@ -129,4 +132,20 @@ pub struct DrawingArgs {
     /// Cut off what lies beyond the margins, or beyond the reach of the plotter, rather than refuse a picture that does not fit
     #[arg(long)]
     pub clip: bool,
+}
+
+/// How the pen goes through a drawing: the arguments of the commands that write or plot one.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Path of the pen")]
+pub struct PathArgs {
+    /// Search about so long for a good order of strokes, counted in work, so that the same one is found on every machine; 0: take the
+    /// first one, each time on to a near stroke
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub optimize: f64,
+    /// What is to become small between strokes: time (the plotter's lifts and its travel with acceleration), or distance
+    #[arg(long, value_name = "WHAT", default_value = "time")]
+    pub order_by: String,
+    /// Decides where the search tries something else; each number gives another order, about as good
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    pub order_seed: u64,
 }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Hatching, Layout, Window};
+use crate::page::{self, Effort, Layout, PenPath, Window};
 use crate::progress::Progress;
 use crate::settle::Settled;
 use crate::stats::Seconds;
@@ -40,6 +40,8 @@ pub struct Loaded<'a> {
     settled: Settled,
     /// What the plotters reach of the page.
     reach: Option<Window>,
+    /// How good the order of strokes is to be.
+    effort: Effort,
 }
 
 impl Loaded<'_> {
@@ -47,6 +49,12 @@ impl Loaded<'_> {
     #[must_use]
     pub fn reaching(self, reach: Option<Window>) -> Self {
         Self { reach, ..self }
+    }
+
+    /// With an order of strokes as good as this; else it is one of [little travel](Effort::default).
+    #[must_use]
+    pub fn ordered(self, effort: Effort) -> Self {
+        Self { effort, ..self }
     }
 
     /// The sheet.
@@ -86,7 +94,8 @@ pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<L
     let started = Instant::now();
     let model = read(&options.models, options.crease_angle, options.time_limit, progress)?;
     let settled = Settled::new(options, &model)?;
-    Ok(Loaded { options, progress, started, read: started.elapsed().as_secs_f64(), model, settled, reach: None })
+    let read = started.elapsed().as_secs_f64();
+    Ok(Loaded { options, progress, started, read, model, settled, reach: None, effort: Effort::default() })
 }
 
 /// Reads models, with this crease angle in radians if one is asked for.
@@ -111,7 +120,7 @@ pub(crate) fn read(
 
 /// Finds what the picture's extent depends on, so that everything made of it lies on the page in the same place.
 pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
-    let Loaded { options, progress, started, read, model, settled, reach } = loaded;
+    let Loaded { options, progress, started, read, model, settled, reach, .. } = loaded;
     let view = options.view.or(model.aim).resolve(model.view, &model.scene);
     let camera = view.camera()?;
     let wanted = pipeline::DrawOptions {
@@ -136,7 +145,7 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
 /// If the view does not exist or does not see all of the model, the picture cannot be scaled, or Ctrl-C or the time limit
 /// ends it.
 pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
-    let (options, progress) = (loaded.options, loaded.progress);
+    let (options, progress, effort) = (loaded.options, loaded.progress, loaded.effort);
     let Placed { scene: Scene { name, .. }, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
@@ -147,8 +156,10 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
 
     progress.stage("ordering");
     let started = Instant::now();
-    let hatching = settled.adaptive.map(|a| Hatching { levels: a.levels, pen_width_mm: options.pen_width_mm });
-    let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, hatching);
+    let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
+    let path = PenPath { effort, hatched_mm: settled.adaptive.map(|_| options.pen_width_mm) };
+    let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
+    let polylines = path.through(polylines, &interrupt::is_wanted);
     if interrupt::is_wanted() {
         return Err(Error::Interrupted { doing: "ordering strokes".into() });
     }

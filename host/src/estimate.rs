@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::device::{Device, Language, Pen};
 use crate::drawing::Drawing;
 use crate::emit::{self, Run};
+use crate::page::Measure;
 use crate::straight;
 use crate::trace::{Pace, Timer, hpgl};
 
@@ -103,6 +104,18 @@ impl Estimate {
             self.layers.len() - 1
         })
     }
+}
+
+/// What the ways between strokes take on a device: its lifts and its travel, without what the line adds.
+#[must_use]
+pub fn travel_time(device: &Device) -> Measure {
+    let (lift_s, of_axes) = match &device.language {
+        Language::Grbl(gcode) | Language::Marlin(gcode) => {
+            (lift_seconds(&gcode.pen, device.acceleration).iter().sum(), travel_feed(device).is_none())
+        }
+        Language::Hpgl(_) => (2.0 * hpgl::LIFT_S, true),
+    };
+    Measure::Time { lift_s, speed: device.travel_feed / 60.0, acceleration: device.acceleration, of_axes }
 }
 
 /// Follows the pen from `at` through a stroke and up from it.

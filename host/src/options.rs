@@ -1,10 +1,13 @@
 //! The command line, checked: what it means, and what the defaults are.
 
+mod order;
 mod paper;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+pub use order::{OrderBy, OrderOptions};
 
 use glam::DVec3;
 use penvis_core::visibility::Method;
@@ -236,6 +239,8 @@ pub struct Output {
 pub struct DrawOptions {
     /// What is drawn, and on which paper.
     pub drawing: DrawingOptions,
+    /// The order of strokes.
+    pub order: OrderOptions,
     /// The files to be written.
     pub outputs: Vec<Output>,
     /// The plotter that G-code is written for.
@@ -269,6 +274,7 @@ impl DrawOptions {
             outputs.push(Output { path: path.clone(), format });
         }
         let drawing = DrawingOptions::new(&args.models, &args.drawing)?;
+        let order = OrderOptions::new(&args.path)?;
         check_paths(args)?;
         let asked = args.device.as_deref().map(device::find).transpose()?;
         let or_default = |default: &str, speaks: fn(&Language) -> bool| match &asked {
@@ -295,6 +301,7 @@ impl DrawOptions {
         let estimated = asked.unwrap_or_else(|| if only_hpgl { hpgl.clone() } else { gcode.clone() });
         let options = Self {
             drawing,
+            order,
             outputs,
             gcode,
             hpgl,
@@ -398,7 +405,7 @@ mod tests {
     use penvis_core::stroke::CurveKind;
 
     use crate::model::{self, Model, Projection, View};
-    use crate::page::{Ink, KindPens, Placing, Position, Size};
+    use crate::page::{Effort, Ink, KindPens, Measure, Placing, Position, Size};
     use crate::settle::Settled;
 
     const A4: Page = Page { width_mm: 297.0, height_mm: 210.0 };
@@ -545,6 +552,29 @@ mod tests {
     }
 
     #[test]
+    fn the_order_is_good_for_the_plotter_whose_time_is_told() {
+        let effort = |words: &str| {
+            let options = options(&format!("saddle {words}")).unwrap();
+            options.order.effort(&options.estimated)
+        };
+        let servo = device::find("grbl-servo").unwrap();
+        let usual = Measure::Time {
+            lift_s: 0.35,
+            speed: servo.travel_feed / 60.0,
+            acceleration: servo.acceleration,
+            of_axes: true,
+        };
+        assert_eq!(effort("-o a.svg"), Effort { measure: usual, seconds: 1.0, seed: 0 });
+        let hp = device::find("hp7550a").unwrap();
+        assert!(
+            matches!(effort("-o a.plt --device hp7550a").measure, Measure::Time { speed, lift_s: 0.2, of_axes: true, .. } if speed == hp.travel_feed / 60.0)
+        );
+        assert!(matches!(effort("-o a.gcode --device marlin-z").measure, Measure::Time { of_axes: false, .. }));
+        let asked = Effort { measure: Measure::Distance, seconds: 0.0, seed: 9 };
+        assert_eq!(effort("-o a.svg --order-by distance --optimize 0 --order-seed 9"), asked);
+    }
+
+    #[test]
     fn adaptive_isocurves_have_a_spacing_or_twice_the_pen() {
         use penvis_core::extract::adaptive::{Direction, Spacing, Tone};
         let adaptive = |words: &str| match options(&format!("saddle -o a.svg {words}")).unwrap().drawing.isocurves {
@@ -586,6 +616,9 @@ mod tests {
             ("--shade 1.5", "--shade 1.5: "),
             ("--shade lambert --light 0,0,0", "--light 0,0,0: "),
             ("--hidden no", "--hidden no: "),
+            ("--optimize -1", "--optimize -1: is not a time from 0 to 86400 s"),
+            ("--optimize nan", "--optimize NaN: "),
+            ("--order-by length", "--order-by length: is not one of time, distance"),
             ("--pen 0", "--pen 0: names no pen"),
             ("--pen iso=100", "--pen iso=100: names no pen"),
             ("--pen isos=2", "--pen isos=2: `isos` is not one of boundary"),

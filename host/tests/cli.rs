@@ -380,3 +380,20 @@ fn a_packed_scene_holds_the_model_and_its_place_on_the_paper() {
         assert!(!folder.path().join("other.bin").exists());
     }
 }
+
+/// Ways with the pen up in mm, and the file.
+fn travelled(words: &str) -> (f64, Vec<u8>) {
+    let folder = folder_with(&model());
+    let done = penvis(folder.path(), &format!("draw model.json --iso 12 -o a.gcode --stats s.json {words}"));
+    assert!(done.status.success(), "{words}: {}", String::from_utf8_lossy(&done.stderr));
+    let stats: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    (stats["strokes"]["travel_mm"].as_f64().unwrap(), fs::read(folder.path().join("a.gcode")).unwrap())
+}
+
+#[test]
+fn the_order_is_searched_for_as_asked_and_always_found_again() {
+    let (searched, file) = travelled("--order-by distance --order-seed 3");
+    assert_eq!(travelled("--order-by distance --order-seed 3").1, file);
+    let (first, other) = travelled("--order-by distance --optimize 0");
+    assert!(searched <= first && file != other, "{searched} mm after a search, {first} mm before it");
+}

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use penvis::isocurves::Isocurves;
-use penvis::page::{Depths, Inks, Layout, lay_out};
+use penvis::page::{Depths, Inks, Layout, PenPath, lay_out};
 use penvis::{builtin, emit};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::plotter::{draw, options, plot, simulated};
@@ -32,9 +32,8 @@ fn stages(c: &mut Criterion) {
         group.bench_function("split, see and chain", |b| {
             b.iter(|| prepared.trace(tolerance, &()).expect("nothing stops it"))
         });
-        group.bench_function("lay out", |b| {
-            b.iter(|| lay_out(black_box(&traced.strokes), &layout, &Inks::default(), Depths::Together, None));
-        });
+        let lay_out = || lay_out(black_box(&traced.strokes), &layout, &Inks::default(), Depths::Together, 1);
+        group.bench_function("lay out", |b| b.iter(|| PenPath::default().through(lay_out(), &|| false)));
         group.finish();
     }
 }

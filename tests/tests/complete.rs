@@ -35,7 +35,7 @@ fn picture(name: &str, view: &View, wanted: &DrawOptions) -> Picture {
     let (page, margin_mm) = asked.sheet.settle().expect("a sheet");
     let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
-    let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, None);
+    let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, 1);
     let drawing = Drawing { name: name.into(), page, isos: 0, pens: Pens::default(), polylines };
     Picture { prepared, layout, ink: Ink::new(&drawing) }
 }

@@ -63,7 +63,7 @@ fn prepared(scene: &Scene, view: &View) -> Prepared {
 fn drawn(prepared: &Prepared, layout: &Layout) -> Drawing {
     let (page, _) = options(&["-"]).sheet.settle().expect("a sheet");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
-    let polylines = lay_out(&traced.strokes, layout, &Inks::default(), Depths::Together, None);
+    let polylines = lay_out(&traced.strokes, layout, &Inks::default(), Depths::Together, 1);
     Drawing { name: String::new(), page, isos: 0, pens: Pens::default(), polylines }
 }
 

@@ -29,7 +29,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     options.check_page(loaded.page())?;
     options.check_files(loaded.files())?;
     let reach = options.reach(loaded.page());
-    let mut computed = compute(loaded.reaching(reach))?;
+    let mut computed = compute(loaded.reaching(reach).ordered(options.order.effort(&options.estimated)))?;
 
     progress.stage("writing");
     let emitting = Instant::now();

@@ -12,14 +12,14 @@ use std::time::Duration;
 use thiserror::Error as ThisError;
 
 use super::ink;
-use crate::args::DrawingArgs;
+use crate::args::{DrawingArgs, PathArgs};
 use crate::compute::{Computed, compute, duration_text, load, summary};
 use crate::device::{self, Device, Handshake, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
 use crate::journal::JournalError;
-use crate::options::DrawingOptions;
+use crate::options::{DrawingOptions, OrderOptions};
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError, Protocol};
 use crate::resume::Whole;
@@ -72,7 +72,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     pub seed: u64,
     /// Go on with a plot that was broken off, from its journal: that of the job named, or the one in the current folder
-    #[arg(long, conflicts_with_all = ["DrawingArgs", "device", "sim_out", "fault"])]
+    #[arg(long, conflicts_with_all = ["DrawingArgs", "PathArgs", "device", "sim_out", "fault"])]
     pub resume: bool,
     /// With --resume: draw so much of a stroke that was broken off again
     #[arg(long, value_name = "MM", requires = "resume", default_value_t = 0.0)]
@@ -89,6 +89,9 @@ pub struct PlotArgs {
     /// What is drawn of a model, and on which paper
     #[command(flatten)]
     pub drawing: DrawingArgs,
+    /// The order of strokes of a model
+    #[command(flatten)]
+    pub path: PathArgs,
 }
 
 /// Why a job was not plotted.
@@ -381,6 +384,7 @@ fn stems(jobs: &[String]) -> String {
 /// Draws models in the language of the device.
 fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let options = DrawingOptions::new(&args.jobs, &args.drawing).map_err(Error::from)?;
+    let effort = OrderOptions::new(&args.path).map_err(Error::from)?.effort(device);
     // Said before the drawing is computed rather than after it.
     if let Some(page) = options.stated_page() {
         device.place(page).map_err(PlotError::Place)?;
@@ -388,7 +392,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let progress = Progress::start();
     let loaded = load(&options, &progress)?;
     let reach = device.place(loaded.page()).map_err(PlotError::Place)?.reach();
-    let Computed { drawing, stats, seconds, .. } = compute(loaded.reaching(Some(reach)))?;
+    let Computed { drawing, stats, seconds, .. } = compute(loaded.reaching(Some(reach)).ordered(effort))?;
     drop(progress);
     let name = drawing.name.clone();
     let made = match device.language {

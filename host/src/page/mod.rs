@@ -1,4 +1,6 @@
 //! From the screen to the paper: scale, place, dash and order the strokes.
+//!
+//! [`lay_out`] puts the strokes of a picture on the paper, [`PenPath`] orders what is there for the pen.
 
 mod clip;
 mod dash;
@@ -6,6 +8,7 @@ mod ink;
 mod join;
 mod layout;
 mod order;
+mod path;
 mod placing;
 mod sheet;
 
@@ -15,13 +18,13 @@ pub use ink::{Ink, Inks, KindPens};
 pub use join::join;
 pub use layout::{Layout, LayoutError};
 pub use order::{Effort, Measure, Rest, Visit, order, route};
+pub use path::PenPath;
 pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 
 use penvis_core::stroke::{CurveKind, Stroke};
 
 use crate::drawing::{Page, Polyline};
-use crate::interrupt;
 
 /// Layer of everything that is hidden.
 pub const HIDDEN_LAYER: &str = "hidden";
@@ -49,28 +52,12 @@ pub enum Depths {
     Apart,
 }
 
-/// How adaptive isocurves are drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hatching {
-    /// Number of levels, each a layer `iso-k` from 1, the coarsest; a single level is the layer `iso`.
-    pub levels: u32,
-    /// Width of the pen in mm: isocurves are joined along outlines of this width.
-    pub pen_width_mm: f64,
-}
-
-/// Puts strokes on the paper, dashes or drops the hidden ones, cuts off what lies outside the layout's window, orders them for drawing, and joins
-/// adaptive isocurves.
+/// Puts strokes on the paper, dashes or drops the hidden ones, and cuts off what lies outside the layout's window. Isocurves of `levels` levels are on a
+/// layer `iso-k` for each, from 1, the coarsest.
 ///
-/// The layer is the name of the kind, `iso-k`, `hidden`, or `hidden-n`. Cost: O(n log n) in the strokes, and a second for their order.
+/// The layer is the name of the kind, `iso-k`, `hidden`, or `hidden-n`. Cost: linear in the vertices.
 #[must_use]
-pub fn lay_out(
-    strokes: &[Stroke],
-    layout: &Layout,
-    inks: &Inks,
-    depths: Depths,
-    hatching: Option<Hatching>,
-) -> Vec<Polyline> {
-    let levels = hatching.map_or(1, |h| h.levels);
+pub fn lay_out(strokes: &[Stroke], layout: &Layout, inks: &Inks, depths: Depths, levels: u32) -> Vec<Polyline> {
     let mut polylines = Vec::with_capacity(strokes.len());
     for stroke in strokes.iter().filter(|stroke| stroke.points.len() >= 2) {
         let visible = stroke.qi == 0;
@@ -109,11 +96,7 @@ pub fn lay_out(
         let whole = std::mem::take(&mut polylines);
         whole.into_iter().for_each(|polyline| clip(polyline, window, &mut polylines));
     }
-    let ordered = order(polylines, &Effort::default(), &interrupt::is_wanted);
-    match hatching {
-        Some(hatching) => join(ordered, hatching.pen_width_mm),
-        None => ordered,
-    }
+    polylines
 }
 
 fn polyline(stroke: &Stroke, layout: &Layout, layer: &str, pen: u32) -> Polyline {
@@ -167,8 +150,9 @@ mod tests {
         });
         let mut strokes: Vec<Stroke> = strokes.collect();
         strokes.push(stroke(CurveKind::Boundary, 0, [[1.0, 1.0], [0.9, 1.0]]));
-        let hatching = Some(Hatching { levels: 3, pen_width_mm: 0.3 });
-        let found = lay_out(&strokes, &layout, &Inks::default(), Depths::Together, hatching);
+        let found = lay_out(&strokes, &layout, &Inks::default(), Depths::Together, 3);
+        let path = PenPath { hatched_mm: Some(0.3), ..PenPath::default() };
+        let found = path.through(found, &|| false);
         let layers: Vec<_> = found.iter().map(|p| p.layer.as_str()).collect();
         assert_eq!(layers, ["boundary", "iso-1", "iso-1", "iso-2", "iso-3"]);
     }
@@ -181,25 +165,24 @@ mod tests {
             stroke(CurveKind::Boundary, 0, [[0.0, 0.0], [1.0, 0.0]]),
             stroke(CurveKind::Iso, 2, [[0.0, 1.0], [1.0, 1.0]]),
         ];
-        let omitted = lay_out(&strokes, &layout, &Inks::default(), Depths::Together, None);
+        let omitted = lay_out(&strokes, &layout, &Inks::default(), Depths::Together, 1);
         assert_eq!(omitted.len(), 1);
         assert_eq!(omitted[0].page, [DVec2::new(10.0, 10.0), DVec2::new(110.0, 10.0)]);
         assert_eq!((omitted[0].layer.as_str(), omitted[0].pen, omitted[0].surface), ("boundary", 1, 3));
 
-        let layered = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Layer), Depths::Together, None);
+        let layered = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Layer), Depths::Together, 1);
         assert_eq!(layered.len(), 2);
         assert_eq!((layered[1].layer.as_str(), layered[1].pen, layered[1].visible), ("hidden", 2, false));
 
-        let apart = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Layer), Depths::Apart, None);
+        let apart = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Layer), Depths::Apart, 1);
         assert_eq!((apart[1].layer.as_str(), apart[1].pen), ("hidden-2", 3));
 
         let dashed =
-            lay_out(&strokes, &layout, &Inks::hiding(Hidden::Dashed(DashPattern::default())), Depths::Together, None);
+            lay_out(&strokes, &layout, &Inks::hiding(Hidden::Dashed(DashPattern::default())), Depths::Together, 1);
         let hidden: Vec<_> = dashed.iter().filter(|p| !p.visible).collect();
         assert!(hidden.len() > 10 && hidden.iter().all(|p| p.qi == 2 && p.pen == 1 && p.layer == "hidden"));
 
-        let finer =
-            lay_out(&strokes, &layout, &Inks::hiding(Hidden::Dashed(DashPattern::default())), Depths::Apart, None);
+        let finer = lay_out(&strokes, &layout, &Inks::hiding(Hidden::Dashed(DashPattern::default())), Depths::Apart, 1);
         let finer: Vec<_> = finer.iter().filter(|p| !p.visible).collect();
         assert!(finer.len() > hidden.len() && finer.iter().all(|p| p.pen == 1 && p.layer == "hidden-2"));
     }
@@ -212,7 +195,7 @@ mod tests {
         let strokes = [of(0, 0), of(0, 1), of(1, 0), of(1, 1), of(2, 0), of(2, 2)];
         let dashed = Hidden::Dashed(DashPattern::default());
         let inks = Inks::new(vec![Ink::new(4, Hidden::Layer), Ink::new(2, dashed), Ink::new(3, Hidden::Omit)]);
-        let found = lay_out(&strokes, &layout, &inks, Depths::Apart, None);
+        let found = PenPath::default().through(lay_out(&strokes, &layout, &inks, Depths::Apart, 1), &|| false);
         let mut pens: Vec<(&str, u32)> = found.iter().map(|p| (p.layer.as_str(), p.pen)).collect();
         pens.dedup();
         // Pen by pen; the hidden layer is beyond all of them, and the dashes are the surface's own.

@@ -36,7 +36,7 @@ pub(super) fn choose(strokes: &[Stroke<'_>], visits: &mut [Visit], rest: Rest, m
             let before = if k == 0 { rest.before } else { end(strokes, visits, k - 1) };
             let after = if k + 1 == visits.len() { rest.after } else { begin(strokes, visits, k + 1) };
             let cost = |at: DVec2| {
-                let way = |other: Option<DVec2>| other.map_or(0.0, |other| measure.of(at.distance(other)));
+                let way = |other: Option<DVec2>| other.map_or(0.0, |other| measure.of(other - at));
                 way(before) + way(after)
             };
             let mut best = cost(stroke.begin(visits[k]));
@@ -82,7 +82,7 @@ fn choose_run(
     after: Option<DVec2>,
     measure: Measure,
 ) {
-    let way = |a: Option<DVec2>, b: Option<DVec2>| a.zip(b).map_or(0.0, |(a, b)| measure.of(a.distance(b)));
+    let way = |a: Option<DVec2>, b: Option<DVec2>| a.zip(b).map_or(0.0, |(a, b)| measure.of(b - a));
     let mut steps: Vec<Vec<Step>> = Vec::with_capacity(run.len());
     for &visit in &*run {
         let stroke = &strokes[visit.stroke as usize];

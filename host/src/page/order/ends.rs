@@ -63,7 +63,8 @@ impl Ends {
         self.scale.between(self.points[a as usize], self.points[b as usize])
     }
 
-    /// The [`NEAR`] nearest ends of each end but those of its own stroke; where there are fewer, the end itself follows. Costs O(n log n).
+    /// The [`NEAR`] nearest ends of each end but those of its own stroke, by what the ways to them cost; where there are fewer, the end itself follows.
+    /// Costs O(n log n).
     pub(super) fn neighbours(&self) -> Vec<End> {
         let tree = KdTree::new(&self.points, self.all().filter(|&e| !self.is_free(e)).collect());
         let mut found = Vec::new();
@@ -72,6 +73,7 @@ impl Ends {
             found.clear();
             if !self.is_free(end) {
                 tree.nearest(self.points[end as usize], NEAR, |other| other >> 1 != end >> 1, &mut found);
+                found.sort_by_key(|f| self.cost(end, f.1));
             }
             all.extend(found.iter().map(|f| f.1));
             all.extend(iter::repeat_n(end, NEAR - found.len()));

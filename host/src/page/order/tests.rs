@@ -122,7 +122,7 @@ fn ways_of_no_length_are_preferred_by_time() {
         let ends = |w: &[Visit]| (strokes[w[0].stroke as usize].end(w[0]), strokes[w[1].stroke as usize].begin(w[1]));
         visits.windows(2).filter(|w| ends(w).0 != ends(w).1).count()
     };
-    assert_eq!(gaps(Measure::Time { lift_s: 0.5, speed: 100.0, acceleration: 1000.0 }), 1);
+    assert_eq!(gaps(Measure::Time { lift_s: 0.5, speed: 100.0, acceleration: 1000.0, of_axes: false }), 1);
 }
 
 #[test]
