@@ -168,7 +168,8 @@ pub fn arrange(
 ) -> Arrangement {
     let active = Active::new(curves, arcs);
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
-    let sheets = Sheets::new(patches, stitching.joined_surfaces(), tolerance.contact);
+    let of_surfaces = arcs.iter().map(|arc| (curves[arc.curve].surface, arc));
+    let sheets = Sheets::new(patches, of_surfaces, stitching.joined_surfaces(), tolerance.contact);
     let splitter = Splitter { curves, arcs, active, grid, sheets, clusters, tolerance };
     let split = |index: usize| {
         let table = arcs.length_table(&curves[index], index, tolerance.resolution);
@@ -201,6 +202,8 @@ pub fn arrange(
         lengths.push(table);
     }
     stats.pieces = pieces.len() as u64;
+    // What is not needed any more goes first: the pieces may have to be moved.
+    drop(splitter);
     pieces.shrink_to_fit();
     Arrangement { pieces, lengths, stats }
 }
@@ -512,6 +515,8 @@ fn cut(
         let here = || overlaps.iter().filter(|o| o.t[0] <= m && m <= o.t[1]);
         p.coincident = here().next().is_some();
         p.covered_by = here().filter(|o| o.drawn).map(|o| o.with).min();
+        // Most have one cut or two, and they are kept.
+        p.entered.shrink_to_fit();
     }
     pieces
 }

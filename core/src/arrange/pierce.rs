@@ -56,7 +56,43 @@ fn rounded_down(x: f64) -> f32 {
     if f64::from(y) > x { y.next_down() } else { y }
 }
 
-/// The patches, cut into a few cells each, with a broad phase on the screen.
+/// Where the curves of each surface are.
+struct Reaches {
+    /// Surfaces that have curves, with the box of all arcs of these.
+    boxes: Vec<(usize, DVec3, DVec3)>,
+    grid: Grid,
+}
+
+impl Reaches {
+    /// Those of `surfaces` surfaces, by arcs with the surface of each.
+    fn new(arcs: impl Iterator<Item = (usize, Arc)>, surfaces: usize) -> Self {
+        let mut boxes: Vec<(usize, DVec3, DVec3)> =
+            (0..surfaces).map(|s| (s, DVec3::INFINITY, DVec3::NEG_INFINITY)).collect();
+        for (surface, arc) in arcs {
+            let (_, lo, hi) = &mut boxes[surface];
+            *lo = lo.min(arc.lo.extend(arc.z[0]));
+            *hi = hi.max(arc.hi.extend(arc.z[1]));
+        }
+        boxes.retain(|(_, lo, hi)| lo.cmple(*hi).all());
+        let grid = Grid::new(boxes.iter().map(|(_, lo, hi)| (lo.truncate(), hi.truncate())));
+        Self { boxes, grid }
+    }
+
+    /// Those of surfaces that are not among `joined`, as far as they may come near the box from `lo` to `hi`.
+    fn beside(&self, joined: &[usize], (lo, hi): (DVec3, DVec3), near: &mut Vec<u32>) {
+        self.grid.near(lo.truncate(), hi.truncate(), near);
+        near.retain(|&k| joined.binary_search(&self.boxes[k as usize].0).is_err() && self.meets(k, (lo, hi)));
+    }
+
+    /// Whether the box `k` meets another one.
+    fn meets(&self, k: u32, (lo, hi): (DVec3, DVec3)) -> bool {
+        let (_, low, high) = self.boxes[k as usize];
+        low.cmple(hi).all() && lo.cmple(high).all()
+    }
+}
+
+/// The patches, cut into a few cells each, with a broad phase on the screen. Cells that no curve of a surface that is not joined to
+/// theirs comes near, which no curve can pierce, are left out.
 pub(super) struct Sheets<'a> {
     patches: &'a [&'a Patch],
     cells: Vec<Place>,
@@ -73,15 +109,30 @@ const CUTS: u8 = 2;
 const SMALL: f64 = 1.0 / 32.0;
 
 impl<'a> Sheets<'a> {
-    pub(super) fn new(patches: &'a [&'a Patch], joined: Vec<Vec<usize>>, contact: f64) -> Self {
+    /// `arcs` are all that may pierce, each with one of the surfaces that its curve lies on.
+    pub(super) fn new(
+        patches: &'a [&'a Patch],
+        arcs: impl Iterator<Item = (usize, Arc)>,
+        joined: Vec<Vec<usize>>,
+        contact: f64,
+    ) -> Self {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let boxes = patches.iter().map(|p| net_box(&p.points));
         let (lo, hi) = boxes.fold(start, |(lo, hi), (low, high)| (lo.min(low), hi.max(high)));
         let small = SMALL * (hi - lo).length();
-        let mut cells = Vec::new();
+        let reaches = Reaches::new(arcs, joined.len());
+        let (mut cells, mut near) = (Vec::new(), Vec::new());
         for (patch, p) in (0..).zip(patches) {
-            Cell::of(p).cut((0, 0), small, &mut |quarters, c| {
-                cells.push(Place::new(patch, quarters, &c));
+            let whole = Cell::of(p);
+            reaches.beside(&joined[p.surface], Place::new(patch, (0, 0), &whole).corners(), &mut near);
+            if near.is_empty() {
+                continue;
+            }
+            whole.cut((0, 0), small, &mut |quarters, c| {
+                let place = Place::new(patch, quarters, &c);
+                if near.iter().any(|&k| reaches.meets(k, place.corners())) {
+                    cells.push(place);
+                }
             });
         }
         cells.shrink_to_fit();
@@ -361,7 +412,7 @@ mod tests {
             v: [0.0, 1.0],
         };
         let patches = [&patch];
-        let sheets = Sheets::new(&patches, vec![vec![0], vec![1]], 1e-6);
+        let sheets = Sheets::new(&patches, core::iter::once((0, arc.clone())), vec![vec![0], vec![1]], 1e-6);
         let mut out = Vec::new();
         assert_eq!(sheets.piercings(arc, &[0], &mut out), 0);
         out.sort_by(f64::total_cmp);
@@ -384,6 +435,20 @@ mod tests {
         let root = libm::sqrt(2.5 * 2.5 - 4.8);
         assert_eq!(t.len(), 2, "{t:?}");
         assert!((t[0] - (2.5 - root) / 4.0).abs() < 1e-12 && (t[1] - (2.5 + root) / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cells_are_kept_only_where_a_curve_may_pierce_them() {
+        let net = saddle().points;
+        let patch = Patch { surface: 1, degree_u: 1, degree_v: 1, points: net, u: [0.0, 1.0], v: [0.0, 1.0] };
+        let patches = [&patch];
+        let kept = |x: f64, joined: Vec<Vec<usize>>| {
+            let line = arc(&[[x, 0.1, -1.0], [x, 0.1, 1.0]]);
+            Sheets::new(&patches, core::iter::once((0, line)), joined, 1e-6).cells.len()
+        };
+        // Of four by four cells one is near, of whose sides none is at these places; or none at all.
+        assert_eq!([0.1, 0.9, 1.1].map(|x| kept(x, vec![vec![0], vec![1]])), [1, 1, 0]);
+        assert_eq!(kept(0.1, vec![vec![0, 1], vec![0, 1]]), 0, "a curve does not pierce what it is joined to");
     }
 
     #[test]
