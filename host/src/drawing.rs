@@ -1,5 +1,7 @@
 //! A drawing: strokes on paper, in millimetres, in the order in which they are drawn.
 
+pub mod json;
+
 use glam::{DVec2, DVec3};
 use penvis_core::stroke::{Certainty, CurveKind};
 

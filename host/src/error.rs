@@ -10,6 +10,7 @@ use crate::emit::EmitError;
 use crate::model::ModelError;
 use crate::options::OptionError;
 use crate::page::LayoutError;
+use crate::redraw::RedrawError;
 use crate::store::StoreError;
 
 /// Why there is no drawing. Each message is one line that says what is wrong, where, and what to do.
@@ -22,6 +23,9 @@ pub enum Error {
     /// A model.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A drawing.
+    #[error(transparent)]
+    Redraw(#[from] RedrawError),
     /// A device profile.
     #[error(transparent)]
     Device(#[from] DeviceError),

@@ -8,6 +8,7 @@
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
 //! | [`page`], [`pens`], [`drawing`] | strokes on paper: scale, place, dashes, pens, order |
+//! | [`redraw`] | a drawing from a file, drawn again |
 //! | [`store`] | a scene with its drawing's options, for a board that draws it by itself |
 //! | [`interrupt`] | Ctrl-C |
 //! | [`emit`], [`output`] | SVG, G-code, HPGL, PNG and JSON, written whole or not at all |
@@ -38,6 +39,7 @@ pub mod pens;
 pub mod preflight;
 pub mod progress;
 pub mod protocol;
+pub mod redraw;
 pub mod render;
 pub mod resume;
 pub mod settle;

@@ -119,7 +119,7 @@ impl SheetChoice {
 ///
 /// # Errors
 /// What is wrong with a name that is none.
-fn kind(word: &str) -> Result<CurveKind, String> {
+pub(crate) fn kind(word: &str) -> Result<CurveKind, String> {
     // The curves along trims are boundaries of the trimmed surface.
     let name = if word == "trim" { "boundary" } else { word };
     let known = KINDS.into_iter().find(|(known, kind)| *known == name || kind.name() == name);

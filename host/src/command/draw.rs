@@ -11,6 +11,7 @@ use crate::interrupt;
 use crate::options::{DrawOptions, Output};
 use crate::output;
 use crate::progress::Progress;
+use crate::redraw::{Redraw, RedrawError};
 use crate::render;
 use crate::stats::Stats;
 
@@ -20,16 +21,30 @@ use crate::stats::Stats;
 /// [`Error`]: what is wrong with the command line, a model, the view, an output or a folder.
 pub fn run(args: &DrawArgs) -> Result<(), Error> {
     let started = Instant::now();
-    let options = DrawOptions::new(args)?;
-    let progress = Progress::start();
-    if options.render {
-        return render(&options, progress);
+    let redraw = Redraw::new(&args.models, &args.drawing)?;
+    if let (Some(_), true, [file, ..]) = (&redraw, args.render, &args.models[..]) {
+        return Err(RedrawError::Surfaces { option: "--render", file: file.clone() }.into());
     }
-    let loaded = load(&options.drawing, &progress)?;
-    options.check_page(loaded.page())?;
-    options.check_files(loaded.files())?;
-    let reach = options.reach(loaded.page());
-    let mut computed = compute(loaded.reaching(reach).ordered(options.order.effort(&options.estimated)))?;
+    let options = match &redraw {
+        Some(redraw) => DrawOptions::new(&DrawArgs { drawing: redraw.args().clone(), ..args.clone() })?,
+        None => DrawOptions::new(args)?,
+    };
+    let progress = Progress::start();
+    let effort = options.order.effort(&options.estimated);
+    let mut computed = match &redraw {
+        Some(redraw) => redraw.compute(&options.drawing, effort, &progress, |page| {
+            options.check_page(page)?;
+            Ok(options.reach(page))
+        })?,
+        None if options.render => return render(&options, progress),
+        None => {
+            let loaded = load(&options.drawing, &progress)?;
+            options.check_page(loaded.page())?;
+            options.check_files(loaded.files())?;
+            let reach = options.reach(loaded.page());
+            compute(loaded.reaching(reach).ordered(effort))?
+        }
+    };
 
     progress.stage("writing");
     let emitting = Instant::now();
@@ -51,7 +66,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     drop(progress);
 
     eprintln!("{}", summary(&computed.drawing.name, &stats));
-    eprintln!("{}", stats.visibility.summary());
+    if redraw.is_none() {
+        eprintln!("{}", stats.visibility.summary());
+    }
     for warning in stats.warnings() {
         eprintln!("warning: {warning}; --stats FILE.json lists all");
     }

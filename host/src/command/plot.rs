@@ -19,9 +19,10 @@ use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
 use crate::journal::JournalError;
-use crate::options::{DrawingOptions, OrderOptions};
+use crate::options::{DrawingOptions, OptionError, OrderOptions};
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError, Protocol};
+use crate::redraw::Redraw;
 use crate::resume::Whole;
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
@@ -383,16 +384,24 @@ fn stems(jobs: &[String]) -> String {
 
 /// Draws models in the language of the device.
 fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
-    let options = DrawingOptions::new(&args.jobs, &args.drawing).map_err(Error::from)?;
+    let redraw = Redraw::new(&args.jobs, &args.drawing)?;
+    let drawing_args = redraw.as_ref().map_or(&args.drawing, Redraw::args);
+    let options = DrawingOptions::new(&args.jobs, drawing_args).map_err(Error::from)?;
     let effort = OrderOptions::new(&args.path).map_err(Error::from)?.effort(device);
     // Said before the drawing is computed rather than after it.
     if let Some(page) = options.stated_page() {
         device.place(page).map_err(PlotError::Place)?;
     }
     let progress = Progress::start();
-    let loaded = load(&options, &progress)?;
-    let reach = device.place(loaded.page()).map_err(PlotError::Place)?.reach();
-    let Computed { drawing, stats, seconds, .. } = compute(loaded.reaching(Some(reach)).ordered(effort))?;
+    let reach = |page| -> Result<_, Error> { Ok(Some(device.place(page).map_err(OptionError::from)?.reach())) };
+    let Computed { drawing, stats, seconds, .. } = match &redraw {
+        Some(redraw) => redraw.compute(&options, effort, &progress, reach)?,
+        None => {
+            let loaded = load(&options, &progress)?;
+            let reach = reach(loaded.page())?;
+            compute(loaded.reaching(reach).ordered(effort))?
+        }
+    };
     drop(progress);
     let name = drawing.name.clone();
     let made = match device.language {

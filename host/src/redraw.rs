@@ -1,0 +1,219 @@
+//! Drawings that are drawn again: from a file onto a page, without a model.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use glam::DVec2;
+use thiserror::Error;
+
+use crate::args::DrawingArgs;
+use crate::compute::Computed;
+use crate::drawing::{Drawing, Page, json};
+use crate::error::Error;
+use crate::interrupt;
+use crate::model::{ReadError, Source, View};
+use crate::options::{DrawingOptions, OptionError, bad};
+use crate::page::{self, Effort, Layout, PenPath, Placing, Position, Size, Window};
+use crate::pens::Pens;
+use crate::progress::Progress;
+use crate::stats::Seconds;
+use crate::style::MOST_PENS;
+
+/// Why a drawing cannot be drawn again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RedrawError {
+    /// It is not alone.
+    #[error("{file} is a drawing and is drawn by itself; give it without {other}")]
+    Several {
+        /// The drawing.
+        file: String,
+        /// What else was given.
+        other: String,
+    },
+    /// Something is asked for that only models have.
+    #[error("{option} is for models, and {file} is a drawing: its strokes are as they are; leave it out")]
+    Surfaces {
+        /// The option.
+        option: &'static str,
+        /// The drawing.
+        file: String,
+    },
+    /// It cannot be read.
+    #[error("{file}: {source}")]
+    Read {
+        /// The drawing.
+        file: String,
+        /// What is wrong, and where.
+        source: ReadError,
+    },
+}
+
+/// A drawing in a file, and what is asked of it.
+#[derive(Clone, Debug)]
+pub struct Redraw {
+    path: PathBuf,
+    /// The pen of everything, if one is said.
+    pen: Option<u32>,
+    /// Pens by layer, which go before it.
+    layers: BTreeMap<String, u32>,
+    /// What else is asked for, in options that models have too.
+    args: DrawingArgs,
+}
+
+impl Redraw {
+    /// The drawing among what is to be drawn, if there is one; it is told by what is in the file.
+    ///
+    /// # Errors
+    /// If it is not alone, or something is asked for that only models have.
+    pub fn new(files: &[String], args: &DrawingArgs) -> Result<Option<Self>, Error> {
+        let Some(file) = files.iter().find(|file| is_drawing(Path::new(file))) else { return Ok(None) };
+        if let [first, second, ..] = files {
+            let other = if first == file { second } else { first };
+            return Err(RedrawError::Several { file: file.clone(), other: other.clone() }.into());
+        }
+        if let Some(option) = of_models(args) {
+            return Err(RedrawError::Surfaces { option, file: file.clone() }.into());
+        }
+        let (mut pen, mut layers) = (None, BTreeMap::new());
+        for word in &args.pen {
+            let (layer, number) =
+                word.rsplit_once('=').map_or((None, word.as_str()), |(layer, n)| (Some(layer.trim()), n));
+            let Some(number) = number.trim().parse().ok().filter(|number| (1..=MOST_PENS).contains(number)) else {
+                let problem = format!("names no pen; give LAYER=N or N, a number from 1 to {MOST_PENS}");
+                return Err(bad("--pen", word, problem).into());
+            };
+            match layer {
+                None => pen = Some(number),
+                Some(layer) => drop(layers.insert(layer.to_owned(), number)),
+            }
+        }
+        let args = DrawingArgs { pen: Vec::new(), ..args.clone() };
+        Ok(Some(Self { path: PathBuf::from(file), pen, layers, args }))
+    }
+
+    /// The arguments without the pens, which are said by the layers of the drawing here.
+    #[must_use]
+    pub fn args(&self) -> &DrawingArgs {
+        &self.args
+    }
+
+    /// Reads the drawing, puts it on its page, cuts off what is to be cut off, and orders it with this effort. `reach` says what the plotters reach of a
+    /// page, or refuses it.
+    ///
+    /// It keeps its size, and its place too if the sheet is its own: then no coordinate changes. On another sheet it is put in the middle.
+    ///
+    /// # Errors
+    /// If it cannot be read, has no layer of a name for which a pen is said, or does not fit, or Ctrl-C ends it.
+    pub fn compute(
+        &self,
+        options: &DrawingOptions,
+        effort: Effort,
+        progress: &Progress,
+        reach: impl FnOnce(Page) -> Result<Option<Window>, Error>,
+    ) -> Result<Computed, Error> {
+        interrupt::watch();
+        progress.stage("reading");
+        let started = Instant::now();
+        let fault = |source| RedrawError::Read { file: self.path.display().to_string(), source };
+        let mut source = Source::open(&self.path).map_err(|error| fault(error.into()))?;
+        let (mut drawing, view) = json::read(&mut source).map_err(fault)?;
+        let mut seconds = Seconds { read: started.elapsed().as_secs_f64(), ..Seconds::default() };
+        progress.stage("ordering");
+        let started = Instant::now();
+        drawing.pens = Pens::new(BTreeMap::new(), options.pen_width_mm);
+        self.choose_pens(&mut drawing)?;
+        let window = place(&mut drawing, options)?;
+        let reach = reach(drawing.page)?;
+        if let Some(layout) = window {
+            let layout = reach.map_or(Ok(layout), |reach| layout.within(reach))?;
+            if let Some(window) = layout.window() {
+                let whole = std::mem::take(&mut drawing.polylines);
+                whole.into_iter().for_each(|polyline| page::clip(polyline, window, &mut drawing.polylines));
+            }
+        }
+        let path = PenPath { effort, hatched_mm: None };
+        drawing.polylines = path.through(drawing.polylines, &interrupt::is_wanted);
+        if interrupt::is_wanted() {
+            return Err(Error::Interrupted { doing: "ordering strokes".into() });
+        }
+        seconds.page = started.elapsed().as_secs_f64();
+        Ok(Computed { drawing, view: view.unwrap_or(View::ISOMETRIC), stats: Default::default(), seconds })
+    }
+
+    /// Gives layers the pens that are said for them.
+    fn choose_pens(&self, drawing: &mut Drawing) -> Result<(), OptionError> {
+        for (layer, pen) in &self.layers {
+            if !drawing.polylines.iter().any(|p| p.layer == *layer) {
+                let mut names: Vec<&str> = drawing.polylines.iter().map(|p| p.layer.as_str()).collect();
+                names.sort_unstable();
+                names.dedup();
+                let problem = format!("the drawing has no layer `{layer}`, but {}", names.join(", "));
+                return Err(bad("--pen", format!("{layer}={pen}"), crate::message::one_line(&problem)));
+            }
+        }
+        for polyline in &mut drawing.polylines {
+            polyline.pen = self.layers.get(&polyline.layer).copied().or(self.pen).unwrap_or(polyline.pen);
+        }
+        Ok(())
+    }
+}
+
+/// Puts a drawing on the sheet that is asked for, and returns its layout there; none of a drawing without strokes.
+fn place(drawing: &mut Drawing, options: &DrawingOptions) -> Result<Option<Layout>, Error> {
+    let sheet = &options.sheet;
+    let own = drawing.page;
+    let is_said = sheet.paper.is_some() || sheet.orientation.is_some();
+    let page = if is_said { sheet.settle().map_err(OptionError::from)?.0 } else { own };
+    drawing.page = page;
+    let points = drawing.polylines.iter().flat_map(|p| &p.page);
+    let Some([low, high]) = points.fold(None, |extent: Option<[DVec2; 2]>, &p| {
+        Some(extent.map_or([p, p], |[low, high]| [low.min(p), high.max(p)]))
+    }) else {
+        return Ok(None);
+    };
+    let stays = sheet.size.is_none() && sheet.position.is_none() && page == own;
+    // Its own margins are unknown, and what stays where it is asks for none.
+    let margin_mm = sheet.margin_mm.unwrap_or_else(|| if stays { 0.0 } else { page::default_margin_mm(page) });
+    let placing = Placing {
+        size: sheet.size.unwrap_or(Size::Scale(1.0)),
+        position: if stays { Position::At(low) } else { sheet.position.unwrap_or_default() },
+        clip: sheet.clip.unwrap_or_default(),
+    };
+    let layout = Layout::new([low, high], page, margin_mm, placing)?;
+    if !stays {
+        drawing.polylines.iter_mut().flat_map(|p| &mut p.page).for_each(|p| *p = layout.to_page(*p));
+    }
+    Ok(Some(layout))
+}
+
+/// Whether a file is a drawing. What cannot be opened is for those to tell who read models.
+fn is_drawing(path: &Path) -> bool {
+    let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+    is_json && path.is_file() && Source::open(path).is_ok_and(|source| json::looks_like(&source))
+}
+
+/// The first option that is given and asks something of surfaces.
+fn of_models(args: &DrawingArgs) -> Option<&'static str> {
+    let given = [
+        ("--view", args.view.is_some()),
+        ("--up", args.up.is_some()),
+        ("--perspective", args.perspective.is_some()),
+        ("--curves", args.curves.is_some()),
+        ("--iso", args.iso.is_some()),
+        ("--iso-spacing", args.iso_spacing.is_some()),
+        ("--iso-direction", args.iso_direction != "auto"),
+        ("--iso-metric", args.iso_metric != "paper"),
+        ("--iso-levels", args.iso_levels != 1),
+        ("--shade", args.shade.is_some()),
+        ("--light", args.light != "-1,1,1"),
+        ("--crease-angle", args.crease_angle.is_some()),
+        ("--hidden", args.hidden.is_some()),
+        ("--qi", args.qi.is_some()),
+        ("--visibility", args.visibility != "rays"),
+        ("--tolerance", args.tolerance.is_some()),
+        ("--time-limit", args.time_limit.is_some()),
+    ];
+    given.into_iter().find_map(|(option, is_given)| is_given.then_some(option))
+}
