@@ -3,10 +3,11 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use crate::device::{Device, Language, Pen};
+use crate::device::{Device, Hpgl, Language, Pen};
 use crate::drawing::Drawing;
 use crate::emit::{self, Run};
 use crate::page::Measure;
+use crate::protocol::hpgl::Job;
 use crate::straight;
 use crate::trace::{Pace, Timer, hpgl};
 
@@ -38,9 +39,9 @@ pub struct LayerEstimate {
 pub struct Estimate {
     /// Its layers, each with a pen, in the order in which they begin.
     pub layers: Vec<LayerEstimate>,
-    /// Way in mm from the last stroke to the plotter's zero.
+    /// Way in mm from the last stroke to the plotter's zero, where the job goes there.
     pub home_mm: f64,
-    /// Time in s that this takes.
+    /// Time in s that this takes, or putting the pen back.
     pub home_s: f64,
 }
 
@@ -58,8 +59,10 @@ impl Estimate {
         let (mut at, mut held) = ([0, 0], None);
         for (index, run) in runs.iter().enumerate() {
             let (Some(first), Some(last)) = (run.points.first(), run.points.last()) else { continue };
-            if held != Some(run.pen) && matches!(device.language, Language::Hpgl(_)) {
-                timer.dwell(hpgl::CHANGE_S);
+            if held != Some(run.pen)
+                && let Language::Hpgl(language) = &device.language
+            {
+                timer.dwell(language.change_s);
             }
             held = Some(run.pen);
             let feed = drawing.pens.draw_feed(run.pen, device.draw_feed);
@@ -73,12 +76,21 @@ impl Estimate {
             at = *last;
         }
         timer.piece(runs.len(), 6);
-        timer.go(way(at, [0, 0]).extend(0.0), travel_feed(device));
+        match &device.language {
+            Language::Grbl(_) | Language::Marlin(_) => {
+                timer.go(way(at, [0, 0]).extend(0.0), travel_feed(device));
+                estimate.home_mm = way(at, [0, 0]).length();
+            }
+            Language::Hpgl(language) => {
+                if held.is_some_and(|pen| puts_back(device, language, pen)) {
+                    timer.dwell(language.change_s);
+                }
+            }
+        }
         let seconds = timer.finish();
         for (index, place) in places {
             estimate.layers[place].seconds += seconds[index];
         }
-        estimate.home_mm = way(at, [0, 0]).length();
         estimate.home_s = seconds[runs.len()];
         estimate
     }
@@ -113,7 +125,7 @@ pub fn travel_time(device: &Device) -> Measure {
         Language::Grbl(gcode) | Language::Marlin(gcode) => {
             (lift_seconds(&gcode.pen, device.acceleration).iter().sum(), travel_feed(device).is_none())
         }
-        Language::Hpgl(_) => (2.0 * hpgl::LIFT_S, true),
+        Language::Hpgl(language) => (2.0 * language.lift_s, true),
     };
     Measure::Time { lift_s, speed: device.travel_feed / 60.0, acceleration: device.acceleration, of_axes }
 }
@@ -143,25 +155,36 @@ fn time(timer: &mut Timer, index: usize, run: &Run, at: [i64; 2], feed: f64, dev
         }
         Language::Hpgl(language) => {
             // Coordinates are in the plotter's units there.
-            let bytes = |points: &[[i64; 2]]| -> usize {
-                let units = |mm: i64| (mm as f64 * GRID_MM / language.unit_mm).round() as i64;
-                points.iter().map(|p| digits(units(p[0])) + digits(units(p[1])) + 2).sum::<usize>() + 2
-            };
-            timer.piece(index, bytes(&[*first]));
+            let units = |p: &[i64; 2]| p.map(|mm| (mm as f64 * GRID_MM / language.unit_mm).round() as i64);
+            timer.piece(index, "PU;".len() + hpgl::difference_bytes(units(&at), &[units(first)]));
             timer.go_by_axis(travel, device.travel_feed);
-            timer.dwell(hpgl::LIFT_S);
+            timer.ask();
+            timer.dwell(language.lift_s);
             let mut from = *first;
             for list in rest.chunks(language.list_points.max(1)) {
-                timer.piece(index, bytes(list));
+                let points: Vec<_> = list.iter().map(units).collect();
+                timer.piece(index, hpgl::difference_bytes(units(&from), &points));
                 for point in list {
                     timer.go_by_axis(way(from, *point).extend(0.0), feed);
                     from = *point;
                 }
             }
-            timer.dwell(hpgl::LIFT_S);
+            timer.dwell(language.lift_s);
             timer.ask();
         }
     }
+}
+
+/// Whether the instructions after a drawing put this pen back, or take another one.
+fn puts_back(device: &Device, language: &Hpgl, pen: u32) -> bool {
+    let mut state = hpgl::State::unknown();
+    state.pen = Some(pen);
+    Job::new(device.fill(&language.end, pen).as_bytes()).is_ok_and(|end| {
+        end.instructions().iter().for_each(|instruction| {
+            state.follow(instruction);
+        });
+        state.pen != Some(pen)
+    })
 }
 
 /// Feed in mm/min with the pen up; none where each axis goes as fast as it can.
@@ -176,11 +199,6 @@ fn way(a: [i64; 2], b: [i64; 2]) -> DVec2 {
 /// Bytes of a line with a move.
 fn line_bytes(to: [i64; 2]) -> usize {
     "G1 X Y".len() + to.map(|x| emit::decimal(x as f64 * GRID_MM, DECIMALS).len()).iter().sum::<usize>()
-}
-
-/// Characters of a whole number.
-fn digits(number: i64) -> usize {
-    number.unsigned_abs().checked_ilog10().unwrap_or(0) as usize + 1 + usize::from(number < 0)
 }
 
 /// Time in s to raise and to lower a pen.
@@ -229,14 +247,7 @@ mod tests {
         // 50 mm of ink and 10 of travel at 10 mm/s, 5 there and 5 back with the longer axis at that, and 0.35 s for each of two lifts.
         assert!((seconds - (5.0 + 1.0 + 0.8 + 0.7)).abs() < 1e-2, "{seconds}");
         let hp = Estimate::new(&two_squares_and_a_line(), &find("hp7475a").unwrap()).seconds();
-        // The pen is taken from its stall first.
-        assert!(hp > 3.4 && hp < 4.5, "{hp}");
-    }
-
-    #[test]
-    fn numbers_have_their_digits() {
-        for number in [0, 7, -7, 10, 99, 100, -12_345] {
-            assert_eq!(digits(number), number.to_string().len());
-        }
+        // The pen is taken from its stall first, and put back at the end.
+        assert!(hp > 6.4 && hp < 7.5, "{hp}");
     }
 }

@@ -567,7 +567,7 @@ mod tests {
         assert_eq!(effort("-o a.svg"), Effort { measure: usual, seconds: 1.0, seed: 0 });
         let hp = device::find("hp7550a").unwrap();
         assert!(
-            matches!(effort("-o a.plt --device hp7550a").measure, Measure::Time { speed, lift_s: 0.2, of_axes: true, .. } if speed == hp.travel_feed / 60.0)
+            matches!(effort("-o a.plt --device hp7550a").measure, Measure::Time { speed, lift_s: 0.12, of_axes: true, .. } if speed == hp.travel_feed / 60.0)
         );
         assert!(matches!(effort("-o a.gcode --device marlin-z").measure, Measure::Time { of_axes: false, .. }));
         let asked = Effort { measure: Measure::Distance, seconds: 0.0, seed: 9 };

@@ -62,6 +62,22 @@ pub struct Hpgl {
     pub speed_max: Option<u32>,
     /// Largest force that `FS` takes, in its steps from 1; none when the plotter has no such instruction.
     pub force_max: Option<u32>,
+    /// Time that raising the pen takes, and lowering it, in s.
+    #[serde(default = "usual_lift")]
+    pub lift_s: f64,
+    /// Time that the plotter takes to put a pen back and take another one, in s.
+    #[serde(default = "usual_change")]
+    pub change_s: f64,
+}
+
+/// About what the plotters' manuals say.
+fn usual_lift() -> f64 {
+    0.1
+}
+
+/// Of a carousel.
+fn usual_change() -> f64 {
+    3.0
 }
 
 /// How an HPGL plotter's buffer is kept from overflowing.
@@ -278,6 +294,11 @@ impl Raw {
                 }
                 for (key, text) in [("start", &hpgl.start), ("end", &hpgl.end), ("pen_change", &hpgl.pen_change)] {
                     template::check(&format!("hpgl.{key}"), text, false)?;
+                }
+                for (key, seconds) in [("hpgl.lift_s", hpgl.lift_s), ("hpgl.change_s", hpgl.change_s)] {
+                    if !(seconds >= 0.0 && seconds.is_finite()) {
+                        return Err(wrong(key, "must be a time in s, 0 or more"));
+                    }
                 }
                 nonzero("hpgl.speed_max", hpgl.speed_max.map_or(1, |speed| speed as usize))?;
                 nonzero("hpgl.force_max", hpgl.force_max.map_or(1, |force| force as usize))?;

@@ -12,10 +12,6 @@ use crate::protocol::hpgl::Job;
 
 /// Largest magnitude of a coordinate or an increment that every plotter takes.
 const LARGEST: i64 = 32_767;
-/// Time that raising or lowering the pen takes, s; the plotters' manuals say about a tenth.
-pub(crate) const LIFT_S: f64 = 0.1;
-/// Time that a change of pens takes, s.
-pub(crate) const CHANGE_S: f64 = 3.0;
 
 /// Instructions that move nothing and leave the coordinates as they are: character sets and sizes, line types, fills, input
 /// masks, speeds, forces.
@@ -230,8 +226,8 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
     let mut timer = Timer::new(&Pace::of(device), job.instructions().len());
     for (index, instruction) in job.instructions().iter().enumerate() {
         let before = state;
-        timer.piece(index, instruction.len());
         let action = state.follow(instruction);
+        timer.piece(index, sent_bytes(instruction, before.at, &action));
         let mut step = Step {
             end: position(state.at, language.unit_mm),
             pen_down: state.down,
@@ -244,10 +240,8 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
             _ => Cut::None,
         };
         if before.down != state.down {
-            timer.dwell(LIFT_S);
-            if step.cut == Cut::StrokeEnd {
-                timer.ask();
-            }
+            timer.dwell(language.lift_s);
+            timer.ask();
         }
         match action {
             Action::Move(Motion { path: Path::Through(points), .. }) => {
@@ -271,9 +265,9 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
                 }
             }
             Action::Move(_) | Action::Set => {}
-            Action::Select => {
-                timer.dwell(CHANGE_S);
-            }
+            // A plotter of whose pen nothing was said holds none.
+            Action::Select if before.pen.unwrap_or(0) != state.pen.unwrap_or(0) => timer.dwell(language.change_s),
+            Action::Select => {}
             Action::Unknown => timer.rest(),
         }
         trace.steps.push(step);
@@ -282,6 +276,31 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
         step.seconds = seconds;
     }
     trace
+}
+
+/// Bytes that are sent for an instruction: moves go in differences, and the pen by an instruction of its own, see [`crate::protocol::hpgl`].
+fn sent_bytes(instruction: &[u8], from: Option<[i64; 2]>, action: &Action) -> usize {
+    match (from, action) {
+        (Some(from), Action::Move(Motion { lowers, path: Path::Through(points) })) => {
+            usize::from(lowers.is_some()) * "PD;".len() + difference_bytes(from, points)
+        }
+        _ => instruction.len(),
+    }
+}
+
+/// Bytes of a list of moves in differences, in plotter units.
+pub(crate) fn difference_bytes(mut from: [i64; 2], points: &[[i64; 2]]) -> usize {
+    let numbers = points.iter().map(|to| {
+        let bytes = digits(to[0] - from[0]) + digits(to[1] - from[1]) + 2;
+        from = *to;
+        bytes
+    });
+    numbers.sum::<usize>() + "PR".len()
+}
+
+/// Characters of a whole number.
+fn digits(number: i64) -> usize {
+    number.unsigned_abs().checked_ilog10().unwrap_or(0) as usize + 1 + usize::from(number < 0)
 }
 
 fn vector([x, y]: [i64; 2]) -> DVec2 {
@@ -372,5 +391,28 @@ mod tests {
         for other in [&b"PU;"[..], b"PA1,1;", b"SP1;", b"LBx\x03", b"AA1,1,2;", b"P", b""] {
             assert!(!is_setting(other));
         }
+    }
+
+    #[test]
+    fn numbers_have_their_digits() {
+        for number in [0, 7, -7, 10, 99, 100, -12_345] {
+            assert_eq!(digits(number), number.to_string().len());
+        }
+    }
+
+    #[test]
+    fn bytes_are_those_that_are_sent() {
+        let bytes = |job: &str| {
+            let job = Job::new(job.as_bytes()).unwrap();
+            let mut state = State::unknown();
+            let each = job.instructions().iter().map(|instruction| {
+                let from = state.at;
+                let action = state.follow(instruction);
+                sent_bytes(instruction, from, &action)
+            });
+            each.sum::<usize>()
+        };
+        assert_eq!(bytes("IN;PA;PU40,80;"), "IN;PA;PU40,80;".len());
+        assert_eq!(bytes("IN;PA;PU40,80;PD120,80,120,90;PU;"), "IN;PA;PU40,80;PD;PR80,0,0,10;PU;".len());
     }
 }
