@@ -7,8 +7,8 @@ use clap::Args;
 /// Arguments of `penvis draw`.
 #[derive(Clone, Debug, Args)]
 pub struct DrawArgs {
-    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`); several are drawn as one scene
-    #[arg(required = true, value_name = "MODEL")]
+    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`), of which several are drawn as one scene; or a drawing (.json)
+    #[arg(required = true, value_name = "MODEL|DRAWING")]
     pub models: Vec<String>,
     /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times
     #[arg(short, long, required = true, value_name = "FILE")]
@@ -84,7 +84,7 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     pub pen_width: f64,
     /// Pens by what they draw: LAYER=N for boundary, crease, silhouette, iso, smooth, intersection, iso-K (with --iso-levels), hidden or
-    /// hidden-K (with --qi), or N for all that is visible [default: the scene's, or 1, and pens beyond it for what is hidden]
+    /// hidden-K (with --qi), or a layer of a drawing, or N for all that is visible [default: the scene's, or 1, and pens beyond it for what is hidden]
     #[arg(long, value_name = "LAYER=N", value_delimiter = ',')]
     pub pen: Vec<String>,
     /// What becomes of hidden curves: omit, dashed, or layer (in full, with the next pen) [default: the scene's, or omit, or

@@ -397,3 +397,91 @@ fn the_order_is_searched_for_as_asked_and_always_found_again() {
     let (first, other) = travelled("--order-by distance --optimize 0");
     assert!(searched <= first && file != other, "{searched} mm after a search, {first} mm before it");
 }
+
+/// The strokes of a drawing JSON, in no order and without their directions.
+fn strokes(folder: &TempDir, name: &str) -> Vec<String> {
+    let drawing: Value = serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap();
+    let mut strokes: Vec<String> = drawing["polylines"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|line| {
+            let there = line["page"].to_string();
+            let back =
+                Value::from(line["page"].as_array().unwrap().iter().rev().cloned().collect::<Vec<_>>()).to_string();
+            format!("{} {} {} {}", line["kind"], line["layer"], line["pen"], there.min(back))
+        })
+        .collect();
+    strokes.sort_unstable();
+    strokes
+}
+
+#[test]
+fn a_drawing_is_drawn_again_as_it_is() {
+    let folder = folder_with(&model());
+    let run = |words: &str| {
+        let done = penvis(folder.path(), words);
+        assert!(done.status.success(), "{words}: {}", String::from_utf8_lossy(&done.stderr));
+    };
+    run("draw model.json --iso 3 --hidden layer -o a.json");
+    run("draw a.json -o b.json");
+    let first = strokes(&folder, "a.json");
+    assert!(first.len() > 5);
+    assert_eq!(first, strokes(&folder, "b.json"));
+
+    // Another pen for a layer, and half as large on another sheet.
+    run("draw a.json --pen iso=4 --scale 1:2 --paper a5 -o c.json");
+    let third = strokes(&folder, "c.json");
+    assert_eq!(third.len(), first.len());
+    assert!(third.iter().all(|line| line.contains(r#" "iso" 4 "#) == line.starts_with(r#""iso" "iso""#)), "{third:?}");
+    let width = |name: &str| {
+        let drawing: Value = serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap();
+        let lines = drawing["polylines"].as_array().unwrap().iter().flat_map(|line| line["page"].as_array().unwrap());
+        let x: Vec<f64> = lines.map(|p| p[0].as_f64().unwrap()).collect();
+        x.iter().copied().fold(f64::MIN, f64::max) - x.iter().copied().fold(f64::MAX, f64::min)
+    };
+    assert!((width("c.json") - 0.5 * width("a.json")).abs() < 1e-9);
+
+    run("plot a.json --port sim --sim-out ink.png");
+    assert!(fs::read(folder.path().join("ink.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn what_a_drawing_cannot_be_asked_is_refused() {
+    let folder = folder_with(&model());
+    assert!(penvis(folder.path(), "draw model.json -o a.json").status.success());
+    let before = fs::read(folder.path().join("a.json")).unwrap();
+    for (words, expected) in [
+        ("draw a.json --iso 3 -o b.svg", "--iso is for models"),
+        ("draw a.json --view front -o b.svg", "--view is for models"),
+        ("draw a.json --shade lambert -o b.svg", "--shade is for models"),
+        ("draw a.json --render -o b.png", "--render is for models"),
+        ("plot a.json --hidden dashed --port sim", "--hidden is for models"),
+        ("draw a.json model.json -o b.svg", "is a drawing and is drawn by itself"),
+        ("draw a.json --pen silhouettte=2 -o b.svg", "has no layer `silhouettte`"),
+        ("draw a.json --scale 3:1 -o b.svg", "mm"),
+        ("draw a.json -o a.json", "a.json"),
+    ] {
+        let done = penvis(folder.path(), words);
+        let told = String::from_utf8(done.stderr).unwrap();
+        assert!(!done.status.success(), "{words}");
+        assert!(told.contains(expected) && told.lines().count() == 1, "{words}: {told}");
+    }
+    assert_eq!(files(&folder), ["a.json"]);
+    assert_eq!(fs::read(folder.path().join("a.json")).unwrap(), before);
+
+    for (text, expected) in [
+        (r#"{"page":{"width_mm":100,"height_mm":100},"polylines":[{"kind":"iso","page":[[1,2]]}]}"#, "polylines[0]"),
+        (
+            r#"{"page":{"width_mm":100,"height_mm":100},"polylines":[{"kind":"iso","page":[[1,2],[1e9,2]]}]}"#,
+            "polylines[0]",
+        ),
+        (r#"{"page":{"width_mm":0,"height_mm":100},"polylines":[]}"#, "page"),
+        (r#"{"page":{"width_mm":100,"height_mm":100},"polylines":[{"kind":"iso","#, "polylines"),
+    ] {
+        fs::write(folder.path().join("bad.json"), text).unwrap();
+        let done = penvis(folder.path(), "draw bad.json -o b.svg");
+        let told = String::from_utf8(done.stderr).unwrap();
+        assert!(!done.status.success() && told.contains("bad.json") && told.contains(expected), "{text}: {told}");
+    }
+}

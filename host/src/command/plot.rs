@@ -37,7 +37,7 @@ const HPGL_DEVICE: &str = "hp7475a";
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or one file for a plotter: .gcode, .nc, .hpgl, .plt
+    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or a drawing (.json), or one file for a plotter: .gcode, .nc, .hpgl, .plt
     #[arg(required_unless_present = "resume", value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl`, `sim:marlin` and
