@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Effort, Layout, PenPath, Window};
+use crate::page::{self, Layout, PathChoice, PenPath, Window};
 use crate::progress::Progress;
 use crate::settle::Settled;
 use crate::stats::Seconds;
@@ -40,8 +40,8 @@ pub struct Loaded<'a> {
     settled: Settled,
     /// What the plotters reach of the page.
     reach: Option<Window>,
-    /// How good the order of strokes is to be.
-    effort: Effort,
+    /// What is asked of the path of the pen.
+    path: PathChoice,
 }
 
 impl Loaded<'_> {
@@ -51,10 +51,10 @@ impl Loaded<'_> {
         Self { reach, ..self }
     }
 
-    /// With an order of strokes as good as this; else it is one of [little travel](Effort::default).
+    /// With a path of the pen of which this is asked; else it is one of little travel.
     #[must_use]
-    pub fn ordered(self, effort: Effort) -> Self {
-        Self { effort, ..self }
+    pub fn along(self, path: PathChoice) -> Self {
+        Self { path, ..self }
     }
 
     /// The sheet.
@@ -95,7 +95,7 @@ pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<L
     let model = read(&options.models, options.crease_angle, options.time_limit, progress)?;
     let settled = Settled::new(options, &model)?;
     let read = started.elapsed().as_secs_f64();
-    Ok(Loaded { options, progress, started, read, model, settled, reach: None, effort: Effort::default() })
+    Ok(Loaded { options, progress, started, read, model, settled, reach: None, path: PathChoice::default() })
 }
 
 /// Reads models, with this crease angle in radians if one is asked for.
@@ -145,7 +145,7 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
 /// If the view does not exist or does not see all of the model, the picture cannot be scaled, or Ctrl-C or the time limit
 /// ends it.
 pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
-    let (options, progress, effort) = (loaded.options, loaded.progress, loaded.effort);
+    let (options, progress, path) = (loaded.options, loaded.progress, loaded.path);
     let Placed { scene: Scene { name, .. }, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
@@ -157,8 +157,12 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     progress.stage("ordering");
     let started = Instant::now();
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
-    let path = PenPath { effort, hatched_mm: settled.adaptive.map(|_| options.pen_width_mm) };
     let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
+    let path = PenPath {
+        merges_hidden: !settled.inks.have_dashes(),
+        hatched_mm: settled.adaptive.map(|_| options.pen_width_mm),
+        ..path.settle(&polylines, &settled.pens)
+    };
     let polylines = path.through(polylines, &interrupt::is_wanted);
     if interrupt::is_wanted() {
         return Err(Error::Interrupted { doing: "ordering strokes".into() });

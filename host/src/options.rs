@@ -239,7 +239,7 @@ pub struct Output {
 pub struct DrawOptions {
     /// What is drawn, and on which paper.
     pub drawing: DrawingOptions,
-    /// The order of strokes.
+    /// The path of the pen.
     pub order: OrderOptions,
     /// The files to be written.
     pub outputs: Vec<Output>,
@@ -555,7 +555,7 @@ mod tests {
     fn the_order_is_good_for_the_plotter_whose_time_is_told() {
         let effort = |words: &str| {
             let options = options(&format!("saddle {words}")).unwrap();
-            options.order.effort(&options.estimated)
+            options.order.path(&options.estimated).effort
         };
         let servo = device::find("grbl-servo").unwrap();
         let usual = Measure::Time {
@@ -618,6 +618,8 @@ mod tests {
             ("--hidden no", "--hidden no: "),
             ("--optimize -1", "--optimize -1: is not a time from 0 to 86400 s"),
             ("--optimize nan", "--optimize NaN: "),
+            ("--merge -0.1", "--merge -0.1: is not a length from 0 to 10 mm"),
+            ("--merge nan", "--merge NaN: "),
             ("--order-by length", "--order-by length: is not one of time, distance"),
             ("--pen 0", "--pen 0: names no pen"),
             ("--pen iso=100", "--pen iso=100: names no pen"),

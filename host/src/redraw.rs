@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::model::{ReadError, Source, View};
 use crate::options::{DrawingOptions, OptionError, bad};
-use crate::page::{self, Effort, Layout, PenPath, Placing, Position, Size, Window};
+use crate::page::{self, Layout, PathChoice, Placing, Position, Size, Window};
 use crate::pens::Pens;
 use crate::progress::Progress;
 use crate::stats::Seconds;
@@ -99,8 +99,8 @@ impl Redraw {
         &self.args
     }
 
-    /// Reads the drawing, puts it on its page, cuts off what is to be cut off, and orders it with this effort. `reach` says what the plotters reach of a
-    /// page, or refuses it.
+    /// Reads the drawing, puts it on its page, cuts off what is to be cut off, and finds a path of the pen of which this is asked. `reach` says what the
+    /// plotters reach of a page, or refuses it.
     ///
     /// It keeps its size, and its place too if the sheet is its own: then no coordinate changes. On another sheet it is put in the middle.
     ///
@@ -109,7 +109,7 @@ impl Redraw {
     pub fn compute(
         &self,
         options: &DrawingOptions,
-        effort: Effort,
+        path: PathChoice,
         progress: &Progress,
         reach: impl FnOnce(Page) -> Result<Option<Window>, Error>,
     ) -> Result<Computed, Error> {
@@ -133,7 +133,8 @@ impl Redraw {
                 whole.into_iter().for_each(|polyline| page::clip(polyline, window, &mut drawing.polylines));
             }
         }
-        let path = PenPath { effort, hatched_mm: None };
+        // What is hidden may be dashes, and stays as it is.
+        let path = path.settle(&drawing.polylines, &drawing.pens);
         drawing.polylines = path.through(drawing.polylines, &interrupt::is_wanted);
         if interrupt::is_wanted() {
             return Err(Error::Interrupted { doing: "ordering strokes".into() });

@@ -30,9 +30,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
         None => DrawOptions::new(args)?,
     };
     let progress = Progress::start();
-    let effort = options.order.effort(&options.estimated);
+    let path = options.order.path(&options.estimated);
     let mut computed = match &redraw {
-        Some(redraw) => redraw.compute(&options.drawing, effort, &progress, |page| {
+        Some(redraw) => redraw.compute(&options.drawing, path, &progress, |page| {
             options.check_page(page)?;
             Ok(options.reach(page))
         })?,
@@ -42,7 +42,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
             options.check_page(loaded.page())?;
             options.check_files(loaded.files())?;
             let reach = options.reach(loaded.page());
-            compute(loaded.reaching(reach).ordered(effort))?
+            compute(loaded.reaching(reach).along(path))?
         }
     };
 

@@ -387,7 +387,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let redraw = Redraw::new(&args.jobs, &args.drawing)?;
     let drawing_args = redraw.as_ref().map_or(&args.drawing, Redraw::args);
     let options = DrawingOptions::new(&args.jobs, drawing_args).map_err(Error::from)?;
-    let effort = OrderOptions::new(&args.path).map_err(Error::from)?.effort(device);
+    let path = OrderOptions::new(&args.path).map_err(Error::from)?.path(device);
     // Said before the drawing is computed rather than after it.
     if let Some(page) = options.stated_page() {
         device.place(page).map_err(PlotError::Place)?;
@@ -395,11 +395,11 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let progress = Progress::start();
     let reach = |page| -> Result<_, Error> { Ok(Some(device.place(page).map_err(OptionError::from)?.reach())) };
     let Computed { drawing, stats, seconds, .. } = match &redraw {
-        Some(redraw) => redraw.compute(&options, effort, &progress, reach)?,
+        Some(redraw) => redraw.compute(&options, path, &progress, reach)?,
         None => {
             let loaded = load(&options, &progress)?;
             let reach = reach(loaded.page())?;
-            compute(loaded.reaching(reach).ordered(effort))?
+            compute(loaded.reaching(reach).along(path))?
         }
     };
     drop(progress);

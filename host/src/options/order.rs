@@ -1,13 +1,16 @@
-//! The options of the order of strokes.
+//! The options of the path of the pen: the order of strokes, and what is joined.
 
 use super::{OptionError, bad};
 use crate::args::PathArgs;
 use crate::device::Device;
 use crate::estimate;
-use crate::page::{Effort, Measure};
+use crate::page::{Effort, Measure, PathChoice};
 
 /// Longest search in s. A plot takes less.
 const LONGEST_S: f64 = 86_400.0;
+
+/// Widest gap in mm over which ends may be joined. Wider ones are no pen's ink.
+const WIDEST_GAP_MM: f64 = 10.0;
 
 /// What is to become small between strokes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +21,7 @@ pub enum OrderBy {
     Distance,
 }
 
-/// How good the order of strokes is to be, as far as the command line says.
+/// What is asked of the path of the pen, as far as the command line says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrderOptions {
     /// Time for the search in s, see [`Effort::seconds`].
@@ -27,6 +30,8 @@ pub struct OrderOptions {
     pub by: OrderBy,
     /// Seed of the search.
     pub seed: u64,
+    /// Largest gap in mm over which ends of strokes are joined, 0 for none.
+    pub merge_mm: Option<f64>,
 }
 
 impl OrderOptions {
@@ -44,16 +49,22 @@ impl OrderOptions {
             "distance" => OrderBy::Distance,
             other => return Err(bad("--order-by", other, "is not one of time, distance")),
         };
-        Ok(Self { seconds: args.optimize, by, seed: args.order_seed })
+        if let Some(mm) = args.merge.filter(|mm| !(0.0..=WIDEST_GAP_MM).contains(mm)) {
+            let problem =
+                format!("is not a length from 0 to {WIDEST_GAP_MM} mm; 0.1 is a good one, and 0 joins nothing");
+            return Err(bad("--merge", mm, problem));
+        }
+        Ok(Self { seconds: args.optimize, by, seed: args.order_seed, merge_mm: args.merge })
     }
 
-    /// The effort for a drawing that a device draws.
+    /// The path through a drawing that a device draws.
     #[must_use]
-    pub fn effort(&self, device: &Device) -> Effort {
+    pub fn path(&self, device: &Device) -> PathChoice {
         let measure = match self.by {
             OrderBy::Time => estimate::travel_time(device),
             OrderBy::Distance => Measure::Distance,
         };
-        Effort { measure, seconds: self.seconds, seed: self.seed }
+        let effort = Effort { measure, seconds: self.seconds, seed: self.seed };
+        PathChoice { effort, merge_mm: self.merge_mm }
     }
 }

@@ -143,6 +143,13 @@ impl Inks {
         self.layers.get(layer).copied().or(self.of(surface).pens.of_hidden())
     }
 
+    /// Whether anything hidden is drawn in dashes.
+    #[must_use]
+    pub fn have_dashes(&self) -> bool {
+        let is_dashed = |ink: &Ink| matches!(ink.hidden, Hidden::Dashed(_));
+        if self.own.is_empty() { is_dashed(&self.common) } else { self.own.iter().any(is_dashed) }
+    }
+
     /// The highest pen of all that is visible. What is hidden has pens beyond it, unless they are said.
     #[must_use]
     pub fn last_pen(&self) -> u32 {

@@ -7,6 +7,7 @@ mod dash;
 mod ink;
 mod join;
 mod layout;
+mod merge;
 mod order;
 mod path;
 mod placing;
@@ -17,8 +18,9 @@ pub use dash::{DashPattern, dash};
 pub use ink::{Ink, Inks, KindPens};
 pub use join::join;
 pub use layout::{Layout, LayoutError};
+pub use merge::merge;
 pub use order::{Effort, Measure, Rest, Visit, order, route};
-pub use path::PenPath;
+pub use path::{PathChoice, PenPath};
 pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 
