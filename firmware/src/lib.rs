@@ -155,7 +155,7 @@ pub use axis::{AXES, Axes};
 pub use controller::Controller;
 pub use error::{Alarm, Error};
 pub use hal::{AxisDriver, Hardware, Pins, StepDirection, Wiring};
-pub use hpgl::HPGL_BYTES;
+pub use hpgl::{Encoded, EncodedPiece, HPGL_BYTES};
 pub use kinematics::{Hanging, Kinematics};
 pub use line::{LINE_CHARS, RX_BYTES};
 pub use machine::Machine;

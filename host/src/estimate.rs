@@ -156,14 +156,14 @@ fn time(timer: &mut Timer, index: usize, run: &Run, at: [i64; 2], feed: f64, dev
         Language::Hpgl(language) => {
             // Coordinates are in the plotter's units there.
             let units = |p: &[i64; 2]| p.map(|mm| (mm as f64 * GRID_MM / language.unit_mm).round() as i64);
-            timer.piece(index, "PU;".len() + hpgl::difference_bytes(units(&at), &[units(first)]));
+            timer.piece(index, "PU;".len() + hpgl::difference_bytes(units(&at), &[units(first)], false));
             timer.go_by_axis(travel, device.travel_feed);
             timer.ask();
             timer.dwell(language.lift_s);
             let mut from = *first;
             for list in rest.chunks(language.list_points.max(1)) {
                 let points: Vec<_> = list.iter().map(units).collect();
-                timer.piece(index, hpgl::difference_bytes(units(&from), &points));
+                timer.piece(index, hpgl::difference_bytes(units(&from), &points, language.encoded));
                 for point in list {
                     timer.go_by_axis(way(from, *point).extend(0.0), feed);
                     from = *point;

@@ -9,11 +9,18 @@ const BITS: u32 = 48;
 
 /// What a byte has completed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Piece {
+pub enum Piece {
     /// Nothing.
     None,
     /// A point: where, whether that is absolute, and whether the pen is down on the way.
-    Point { at: [f64; 2], absolute: bool, down: bool },
+    Point {
+        /// In the units of coordinates.
+        at: [f64; 2],
+        /// Whether it is a place; else it is an increment.
+        absolute: bool,
+        /// Whether the pen draws on the way there.
+        down: bool,
+    },
     /// A pen.
     Pen(f64),
     /// Something that does not belong there.
@@ -29,9 +36,9 @@ enum Next {
     Places,
 }
 
-/// The state within one `PE`.
+/// Reads one `PE`, byte by byte.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Encoded {
+pub struct Encoded {
     base32: bool,
     places: i32,
     next: Next,
@@ -43,8 +50,10 @@ pub(crate) struct Encoded {
 }
 
 impl Encoded {
-    /// Takes a byte of the instruction, after the mnemonic and before `;`.
-    pub(crate) fn take(&mut self, byte: u8) -> Piece {
+    /// Takes a byte of the instruction, after the mnemonic and before `;`, and tells what it completes.
+    pub fn take(&mut self, byte: u8) -> Piece {
+        // In base 32 the eighth bit is the line's.
+        let byte = if self.base32 { byte & 0x7f } else { byte };
         match byte {
             // Between numbers only; within one, no digit is any of these.
             b'7' => self.base32 = true,
@@ -52,10 +61,11 @@ impl Encoded {
             b'>' => self.next = Next::Places,
             b'<' => self.up = true,
             b'=' => self.absolute = true,
-            0..=b' ' | 0x7f => {}
+            // These stand for nothing, wherever they are.
+            0..=b' ' | 127..=160 | 255 => return Piece::None,
             _ => return self.digit(byte),
         }
-        if self.bits > 0 && byte > b' ' {
+        if self.bits > 0 {
             (self.bits, self.value) = (0, 0);
             return Piece::Bad;
         }
@@ -148,7 +158,10 @@ mod tests {
                 Piece::Point { at: [1.5, -0.25], absolute: false, down: true },
             ]
         );
-        assert_eq!(pieces(&[0x80]), [Piece::Bad]);
+        assert_eq!(pieces(&[0x80]), []);
+        assert_eq!(pieces(&[0xaa]), [Piece::Bad]);
+        let point = Piece::Point { at: [20.0, 0.0], absolute: false, down: true };
+        assert_eq!(pieces(&[b'7', 63 + 8, b'\r', 95 + 1 + 128, 95]), [point], "a line's own bytes and bits");
         assert_eq!(pieces(&[63; 9]), [Piece::Bad], "no number is that long");
         assert_eq!(pieces(&[64, b'<']), [Piece::Bad], "in the middle of a number");
     }

@@ -22,6 +22,7 @@ mod plotter;
 mod window;
 
 pub(crate) use control::{Control, Order, Received};
+pub use encoded::{Encoded, Piece as EncodedPiece};
 pub(crate) use plotter::{Op, Plotter, Question};
 pub(crate) use window::Window;
 

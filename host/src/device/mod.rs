@@ -32,6 +32,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("marlin-z", include_str!("../../devices/marlin-z.toml")),
     ("penvis", include_str!("../../devices/penvis.toml")),
     ("penvis-hpgl", include_str!("../../devices/penvis-hpgl.toml")),
+    ("hpgl2", include_str!("../../devices/hpgl2.toml")),
     ("hp7475a", include_str!("../../devices/hp7475a.toml")),
     ("hp7470a", include_str!("../../devices/hp7470a.toml")),
     ("hp7440a", include_str!("../../devices/hp7440a.toml")),

@@ -49,6 +49,9 @@ pub struct Hpgl {
     pub buffer_bytes: usize,
     /// Points in one `PD` list, at most; long lists overflow some parsers.
     pub list_points: usize,
+    /// Whether the plotter takes `PE`, polylines in base 32, as HP-GL/2 plotters do.
+    #[serde(default)]
+    pub encoded: bool,
     /// Instructions before the drawing.
     pub start: String,
     /// Instructions after the drawing.

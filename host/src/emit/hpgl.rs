@@ -9,9 +9,10 @@ use super::grid::runs;
 use super::number::decimal;
 use crate::device::{Device, Hpgl, Language, MM_MIN_PER_CM_S};
 use crate::drawing::Drawing;
+use crate::protocol::hpgl::encoded;
 
 /// The drawing as HPGL: absolute coordinates in whole plotter units, `PU` to each start, then `PD` lists no longer than the
-/// device takes. Rounding to the unit comes before anything else. No line breaks; every instruction ends with `;`.
+/// device takes, or one `PE` where it takes that. Rounding to the unit comes before anything else. No line breaks; every instruction ends with `;`.
 ///
 /// # Errors
 /// If the device speaks no HPGL, has no such sheet or too few pens, or does not reach some ink.
@@ -42,6 +43,16 @@ pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
         let _ = write!(text, "PU{x},{y};");
         // A dot is the pen put down where it is.
         let rest = if run.points.len() > 1 { &run.points[1..] } else { &run.points[..] };
+        if language.encoded {
+            text.push_str(encoded::BEGIN);
+            let mut from = run.points[0];
+            for to in rest {
+                encoded::push(&mut text, [to[0] - from[0], to[1] - from[1]]);
+                from = *to;
+            }
+            text.push(';');
+            continue;
+        }
         for list in rest.chunks(language.list_points.max(1)) {
             let list: Vec<_> = list.iter().map(|[x, y]| format!("{x},{y}")).collect();
             let _ = write!(text, "PD{};", list.join(","));
@@ -120,6 +131,14 @@ mod tests {
         for (name, list_points, lines, expected) in table {
             assert_eq!(dxy(*list_points, lines), *expected, "{name}");
         }
+    }
+
+    #[test]
+    fn strokes_are_encoded_where_the_device_takes_that() {
+        let lines =
+            [polyline(Iso, 1, &[[1.0, 2.0], [3.0, 2.0], [3.0, 1.0]]), polyline(Iso, 1, &[[5.0, 5.0], [5.0, 5.0]])];
+        let text = hpgl(&drawing(420.0, 297.0, lines.into()), &find("hpgl2").unwrap()).unwrap();
+        assert_eq!(text, "IN;PA;PU;SP1;PU40,80;PE7?d__Pa;PU200,200;PE7__;PU;SP0;");
     }
 
     #[test]

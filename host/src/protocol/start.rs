@@ -61,6 +61,7 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
                 name: device.name.clone(),
                 buffer_bytes: language.buffer_bytes,
                 list_points: language.list_points,
+                encoded: language.encoded,
                 handshake: language.handshake,
                 speeds: language.speed_max.map(|fastest| (device.draw_feed / MM_MIN_PER_CM_S, fastest)),
                 baud,

@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::timing::{Pace, Timer};
 use super::{Cut, Position, Step, Trace};
 use crate::device::{Device, Hpgl, MM_MIN_PER_CM_S};
-use crate::protocol::hpgl::Job;
+use crate::protocol::hpgl::{Job, encoded};
 
 /// Largest magnitude of a coordinate or an increment that every plotter takes.
 const LARGEST: i64 = 32_767;
@@ -227,7 +227,7 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
     for (index, instruction) in job.instructions().iter().enumerate() {
         let before = state;
         let action = state.follow(instruction);
-        timer.piece(index, sent_bytes(instruction, before.at, &action));
+        timer.piece(index, sent_bytes(instruction, before.at, &action, language.encoded && state.down == Some(true)));
         let mut step = Step {
             end: position(state.at, language.unit_mm),
             pen_down: state.down,
@@ -279,23 +279,23 @@ pub fn follow(job: &Job, device: &Device, language: &Hpgl) -> Trace {
 }
 
 /// Bytes that are sent for an instruction: moves go in differences, and the pen by an instruction of its own, see [`crate::protocol::hpgl`].
-fn sent_bytes(instruction: &[u8], from: Option<[i64; 2]>, action: &Action) -> usize {
+fn sent_bytes(instruction: &[u8], from: Option<[i64; 2]>, action: &Action, encoded: bool) -> usize {
     match (from, action) {
         (Some(from), Action::Move(Motion { lowers, path: Path::Through(points) })) => {
-            usize::from(lowers.is_some()) * "PD;".len() + difference_bytes(from, points)
+            usize::from(lowers.is_some()) * "PD;".len() + difference_bytes(from, points, encoded)
         }
         _ => instruction.len(),
     }
 }
 
-/// Bytes of a list of moves in differences, in plotter units.
-pub(crate) fn difference_bytes(mut from: [i64; 2], points: &[[i64; 2]]) -> usize {
+/// Bytes of a list of moves in differences, in plotter units, encoded (`PE`) or not.
+pub(crate) fn difference_bytes(mut from: [i64; 2], points: &[[i64; 2]], encoded: bool) -> usize {
     let numbers = points.iter().map(|to| {
-        let bytes = digits(to[0] - from[0]) + digits(to[1] - from[1]) + 2;
+        let step = [to[0] - from[0], to[1] - from[1]];
         from = *to;
-        bytes
+        if encoded { encoded::length(step) } else { digits(step[0]) + digits(step[1]) + 2 }
     });
-    numbers.sum::<usize>() + "PR".len()
+    numbers.sum::<usize>() + if encoded { encoded::BEGIN.len() + 1 } else { "PR".len() }
 }
 
 /// Characters of a whole number.
@@ -408,7 +408,7 @@ mod tests {
             let each = job.instructions().iter().map(|instruction| {
                 let from = state.at;
                 let action = state.follow(instruction);
-                sent_bytes(instruction, from, &action)
+                sent_bytes(instruction, from, &action, false)
             });
             each.sum::<usize>()
         };

@@ -2,6 +2,9 @@
 
 use thiserror::Error;
 
+use super::encoded;
+use crate::trace::hpgl::State;
+
 const ESC: u8 = 0x1b;
 /// Ends a label unless `DT` says otherwise.
 const ETX: u8 = 0x03;
@@ -33,13 +36,15 @@ impl Job {
     /// Cuts HPGL into instructions. Each ends in `;` (labels in their terminator).
     ///
     /// Left out are device control instructions (`ESC . …`), which would disturb the handshake, and output instructions (`OA`, `OI`, …),
-    /// whose replies nobody waits for. Neither draws anything.
+    /// whose replies nobody waits for. Neither draws anything. Encoded polylines (`PE`) are written out where it is known in
+    /// which mode and where the plotter begins them.
     ///
     /// # Errors
     /// [`JobError`].
     pub fn new(hpgl: &[u8]) -> Result<Self, JobError> {
         let mut instructions = Vec::new();
         let mut terminator = ETX;
+        let mut state = State::unknown();
         let mut rest = hpgl;
         while let Some(&first) = rest.first() {
             if first == ESC {
@@ -70,7 +75,12 @@ impl Job {
             if !is_label(&mnemonic) && !instruction.ends_with(b";") {
                 instruction.push(b';');
             }
-            instructions.push(instruction);
+            let plain = (mnemonic == b"PE").then(|| encoded::plain(&instruction, state)).flatten();
+            let plain = plain.unwrap_or_else(|| vec![instruction]);
+            plain.iter().for_each(|instruction| {
+                state.follow(instruction);
+            });
+            instructions.extend(plain);
         }
         if instructions.is_empty() { Err(JobError::Empty) } else { Ok(Self { instructions }) }
     }
@@ -143,6 +153,7 @@ mod tests {
             (b"DT#;LBa;b#PU;", &["DT#;", "LBa;b#", "PU;"]),
             (b"DT;LBa\x03", &["DT;", "LBa\x03"]),
             (b"PE<=aPU7;PU;", &["PE<=aPU7;", "PU;"]),
+            (b"IN;PU5,5;PE7a_a`;PU;", &["IN;", "PU5,5;", "PD6,5,7,5;", "PU;"]),
             (b"SM*;PD1,1;SM;", &["SM*;", "PD1,1;", "SM;"]),
             (b"\x1b.@;1:\x1b.(IN;OA;\x1b.B\x1b.I80;0;17:PU;OE;\x1b.K", &["IN;", "PU;"]),
         ];

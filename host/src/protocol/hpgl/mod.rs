@@ -17,6 +17,7 @@
 
 mod answers;
 mod codes;
+pub(crate) mod encoded;
 mod flow;
 mod job;
 mod probe;
@@ -70,6 +71,8 @@ pub struct Options {
     pub buffer_bytes: usize,
     /// Most points in a list.
     pub list_points: usize,
+    /// Whether strokes go in `PE`.
+    pub encoded: bool,
     /// How the buffer is kept from overflowing.
     pub handshake: Handshake,
     /// Speed where the job says none, and the fastest, in cm/s; none where the plotter's speed cannot be set.
@@ -176,6 +179,7 @@ impl Hpgl {
         Limits {
             buffer_bytes,
             list_points: options.list_points,
+            encoded: options.encoded,
             asks_often: handshake != Handshake::EscB,
             question,
             speeds: options.speeds,

@@ -272,6 +272,7 @@ fn options(size: usize, handshake: Handshake) -> Options {
         name: "hp7475a".into(),
         buffer_bytes: size,
         list_points: 32,
+        encoded: false,
         handshake,
         speeds: Some((38.0, 38)),
         baud: 9600,

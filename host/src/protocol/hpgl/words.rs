@@ -10,13 +10,14 @@
 //! So the position behind any of them is the sum of all moves before it: a byte that was lost, doubled or changed leaves the
 //! pen elsewhere until the end of the job, and `OA;` tells. As only one instruction lowers the pen for a stroke, it stays up to
 //! the end of the stroke where that one is mangled, and `OA;` tells that too; it is asked before each change. Where the
-//! position is not known (see [`crate::trace::hpgl`]), instructions go as the job has them. What does not show in the place of the
+//! position is not known (see [`crate::trace::hpgl`]), instructions go as the job has them. A plotter that takes `PE` has the same
+//! increments of strokes in that; the way to a stroke stays in digits, for what is encoded draws. What does not show in the place of the
 //! pen, such as a pen's number that the plotter does not have, `OE` tells where the plotter knows that.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 
-use super::Job;
+use super::{Job, encoded};
 use crate::trace::hpgl::{Action, Motion, Path, State};
 
 /// A question that is answered when all before it is carried out.
@@ -87,6 +88,8 @@ pub(super) struct Words {
     unit_bytes: usize,
     /// Most points in a list.
     list_points: usize,
+    /// Whether strokes go in `PE`.
+    encoded: bool,
     /// Bytes after which the question is put within a stroke too.
     span: usize,
     /// What is asked.
@@ -103,6 +106,8 @@ pub(super) struct Limits {
     pub(super) buffer_bytes: usize,
     /// Most points in a list.
     pub(super) list_points: usize,
+    /// Whether strokes go in `PE`.
+    pub(super) encoded: bool,
     /// Whether nothing but the answers tells how full the buffer is.
     pub(super) asks_often: bool,
     /// What the plotter is asked.
@@ -122,6 +127,7 @@ impl Words {
             unasked: 0,
             unit_bytes: third.clamp(16, LIST_BYTES),
             list_points: limits.list_points.max(1),
+            encoded: limits.encoded,
             span: if limits.asks_often { third } else { usize::MAX },
             question: limits.question,
             percent: 100,
@@ -267,21 +273,33 @@ impl Words {
         for &[x, y] in points {
             let step = self.state.at.map(|[from_x, from_y]| [x - from_x, y - from_y]);
             let step = step.filter(|step| step.iter().all(|d| d.abs() <= INCREMENT_MAX));
-            let begins = if step.is_some() { "PR" } else { "PA" };
-            let [a, b] = step.unwrap_or([x, y]);
-            let word = format!("{a},{b}");
+            let mut word = String::new();
+            let begins = match step {
+                Some(step) if self.encoded && self.state.down == Some(true) => {
+                    encoded::push(&mut word, step);
+                    encoded::BEGIN
+                }
+                _ => {
+                    let [a, b] = step.unwrap_or([x, y]);
+                    // Writing to a string cannot fail.
+                    let _ = write!(word, "{a},{b}");
+                    self.relative = Some(step.is_some());
+                    if step.is_some() { "PR" } else { "PA" }
+                }
+            };
             let fits =
                 list.starts_with(begins) && count < self.list_points && list.len() + word.len() + 2 <= self.unit_bytes;
             if fits {
-                // Writing to a string cannot fail.
-                let _ = write!(list, ",{word}");
+                if begins != encoded::BEGIN {
+                    list.push(',');
+                }
+                list.push_str(&word);
                 count += 1;
             } else {
                 self.list(std::mem::take(&mut list));
                 list = format!("{begins}{word}");
                 count = 1;
             }
-            self.relative = Some(step.is_some());
             self.state.at = Some([x, y]);
         }
         self.list(list);
@@ -315,6 +333,7 @@ mod tests {
     const LIMITS: Limits = Limits {
         buffer_bytes: 1024,
         list_points: 99,
+        encoded: false,
         asks_often: false,
         question: Ask::Place,
         speeds: Some((38.0, 38)),
@@ -350,6 +369,23 @@ mod tests {
         for (hpgl, expected) in table {
             assert_eq!(sent(hpgl, LIMITS), expected, "{hpgl}");
         }
+    }
+
+    #[test]
+    fn strokes_are_encoded_where_the_plotter_takes_that() {
+        let table = [
+            ("IN;PA;PU;SP1;PU40,80;PD120,80,120,90;PU;", "IN;PA;PU;OA;SP1;PA40,80;OA;PD;PE7?d__s;OA;PU;OA;"),
+            // A mode that was not told is not needed: `PE` has its own. A way that is too long has digits.
+            ("IN;PU5,5;PD6,6;PD9,9;PU;", "IN;PA5,5;OA;PD;PE7aa;PE7ee;OA;PU;OA;"),
+            ("IN;PA-30000,0;PD30000,0;PD30001,0;", "IN;PA-30000,0;OA;PD;PA30000,0;PE7a_;OA;"),
+            ("IN;PA1,1;PD2,2;LBx\x03PD3,3;", "IN;PA1,1;OA;PD;PE7aa;OA;LBx\x03OA;PD;PA3,3;OA;"),
+        ];
+        for (hpgl, expected) in table {
+            assert_eq!(sent(hpgl, Limits { encoded: true, ..LIMITS }), expected, "{hpgl}");
+        }
+        let small = Limits { buffer_bytes: 60, encoded: true, ..LIMITS };
+        let text = sent(&format!("IN;PA0,0;PD{}0,0;PU;", "1000,0,0,0,".repeat(20)), small);
+        assert!(text.contains("PE7") && text.split_inclusive(';').all(|one| one.len() <= 20), "{text}");
     }
 
     #[test]
