@@ -31,6 +31,7 @@ const PATIENCE: Duration = Duration::from_secs(1500);
 /// Simulated plotters with the devices that they are plotted on.
 pub const PLOTTERS: &[(&str, &str)] = &[
     ("sim", "penvis"),
+    ("sim", "penvis-hpgl"),
     ("sim:grbl", "grbl-servo"),
     ("sim:grbl", "grbl-z"),
     ("sim:grbl,$10=3,rx=1024", "grbl-servo"),
