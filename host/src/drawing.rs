@@ -7,6 +7,9 @@ use penvis_core::stroke::{Certainty, CurveKind};
 
 use crate::pens::Pens;
 
+/// Layer of strokes of which nothing is known.
+pub const LAYER: &str = "ink";
+
 /// The sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Page {
@@ -19,8 +22,8 @@ pub struct Page {
 /// One polyline on paper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyline {
-    /// What the curve is.
-    pub kind: CurveKind,
+    /// What the curve is; none of a stroke that comes of no surface.
+    pub kind: Option<CurveKind>,
     /// Index of the surface in the model.
     pub surface: usize,
     /// Name of its layer.
@@ -39,6 +42,25 @@ pub struct Polyline {
     pub points: Vec<DVec3>,
     /// Vertices on the paper in mm, y up, origin at the lower left. Two or more; closed when the last equals the first.
     pub page: Vec<DVec2>,
+}
+
+impl Polyline {
+    /// A stroke of which nothing is known but its place: it comes of no surface, and is visible ink in the plane of the paper.
+    #[must_use]
+    pub fn stroke(layer: impl Into<String>, pen: u32, page: Vec<DVec2>) -> Self {
+        Self {
+            kind: None,
+            surface: 0,
+            layer: layer.into(),
+            pen,
+            level: 0,
+            visible: true,
+            qi: 0,
+            certainty: Certainty::Proven,
+            points: page.iter().map(|p| p.extend(0.0)).collect(),
+            page,
+        }
+    }
 }
 
 /// What the pen is to draw.

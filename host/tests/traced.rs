@@ -9,26 +9,13 @@ use penvis::protocol::{grbl, hpgl};
 use penvis::trace::gcode::{Machine, Modal};
 use penvis::trace::hpgl::{Action, Motion, Path, State};
 use penvis::trace::{self, Position};
-use penvis_core::stroke::{Certainty, CurveKind};
 use proptest::prelude::*;
 
 /// Grid of G-code in mm.
 const GRID_MM: f64 = 0.001;
 
 fn polyline((pen, page): (u32, Vec<[f64; 2]>)) -> Polyline {
-    let page: Vec<_> = page.into_iter().map(DVec2::from).collect();
-    Polyline {
-        kind: CurveKind::Iso,
-        surface: 0,
-        layer: "iso".into(),
-        pen,
-        level: 0,
-        visible: true,
-        qi: 0,
-        certainty: Certainty::Proven,
-        points: page.iter().map(|p| p.extend(0.0)).collect(),
-        page,
-    }
+    Polyline::stroke("iso", pen, page.into_iter().map(DVec2::from).collect())
 }
 
 /// Some strokes on an A4 sheet, well within what every plotter reaches, some of them dots or joined to the one before.

@@ -311,7 +311,7 @@ fn drawing() -> Drawing {
         lines.push((0..8).map(|i| v(x + 0.9 * f64::from(i), 110.0 + 3.0 * (f64::from(i) * 0.8).sin())).collect());
     }
     let polylines = lines.into_iter().enumerate().map(|(surface, page)| Polyline {
-        kind: CurveKind::Boundary,
+        kind: Some(CurveKind::Boundary),
         surface,
         layer: "ink".into(),
         pen: 1,

@@ -128,21 +128,9 @@ mod tests {
     use super::*;
     use penvis::drawing::{Page, Polyline};
     use penvis::pens::Pens;
-    use penvis_core::stroke::{Certainty, CurveKind};
 
     fn drawing(lines: &[&[[f64; 2]]]) -> Drawing {
-        let line = |points: &&[[f64; 2]]| Polyline {
-            kind: CurveKind::Boundary,
-            surface: 0,
-            layer: "ink".into(),
-            pen: 1,
-            level: 0,
-            visible: true,
-            qi: 0,
-            certainty: Certainty::Proven,
-            points: Vec::new(),
-            page: points.iter().map(|&p| p.into()).collect(),
-        };
+        let line = |points: &&[[f64; 2]]| Polyline::stroke("ink", 1, points.iter().map(|&p| p.into()).collect());
         let page = Page { width_mm: 100.0, height_mm: 100.0 };
         Drawing {
             name: "test".into(),

@@ -36,7 +36,7 @@ struct PageJson {
 
 #[derive(Deserialize)]
 struct PolylineJson {
-    kind: String,
+    kind: Option<String>,
     #[serde(default)]
     surface: usize,
     layer: Option<String>,
@@ -77,7 +77,7 @@ fn has_key(text: &[u8], quoted: &[u8]) -> bool {
 }
 
 /// The drawing in a file, and the view that it was drawn with, if it says so. A file without `name` is named after itself, a
-/// polyline without `layer` is on that of its kind, one without `pen` is for the first, and one without `points` lies in the plane of the paper.
+/// polyline without `layer` is on that of its kind, or else on [`LAYER`](super::LAYER), one without `pen` is for the first, and one without `points` lies in the plane of the paper.
 ///
 /// Cost and memory: linear in the file.
 ///
@@ -110,8 +110,8 @@ pub fn read(source: &mut Source) -> Result<(Drawing, Option<View>), ReadError> {
 /// # Errors
 /// What is wrong with it and what to do.
 fn polyline(json: PolylineJson) -> Result<Polyline, String> {
-    let kind: CurveKind = style::kind(&json.kind)?;
-    let layer = json.layer.unwrap_or_else(|| kind.name().to_owned());
+    let kind = json.kind.as_deref().map(style::kind).transpose()?;
+    let layer = json.layer.unwrap_or_else(|| kind.map_or(super::LAYER, CurveKind::name).to_owned());
     let pen = json.pen.unwrap_or(1);
     if !(1..=MOST_PENS).contains(&pen) {
         return Err(format!("pen {pen} is none; give a number from 1 to {MOST_PENS}"));
@@ -174,6 +174,10 @@ mod tests {
         let line = &found.polylines[0];
         assert_eq!((found.name.as_str(), view, line.layer.as_str(), line.pen), ("fed", None, "boundary", 1));
         assert_eq!((line.points[1], line.visible), (DVec3::new(3.0, 4.0, 0.0), true));
+        let (found, _) = read(&text.replace(r#""kind": "trim", "#, "")).unwrap();
+        assert_eq!(found.polylines, [Polyline::stroke("ink", 1, vec![DVec2::new(1.0, 2.0), DVec2::new(3.0, 4.0)])]);
+        // What is not known is not written either.
+        assert_eq!(read(&emit::json(&found, &View::ISOMETRIC).unwrap()).unwrap().0, found);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The drawing JSON.
 
 use glam::{DVec2, DVec3};
+use penvis_core::stroke::CurveKind;
 use serde::{Serialize, Serializer};
 
 use crate::drawing::{Drawing, Polyline};
@@ -24,7 +25,8 @@ struct PageJson {
 
 #[derive(Serialize)]
 struct PolylineJson<'a> {
-    kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kind: Option<&'static str>,
     surface: usize,
     layer: &'a str,
     pen: u32,
@@ -48,7 +50,7 @@ fn page_points<S: Serializer>(points: &[DVec2], serializer: S) -> Result<S::Ok, 
 impl<'a> From<&'a Polyline> for PolylineJson<'a> {
     fn from(polyline: &'a Polyline) -> Self {
         Self {
-            kind: polyline.kind.name(),
+            kind: polyline.kind.map(CurveKind::name),
             surface: polyline.surface,
             layer: &polyline.layer,
             pen: polyline.pen,

@@ -162,7 +162,7 @@ pub(crate) mod tests {
     /// A polyline of one kind through page points in mm.
     pub(crate) fn polyline(kind: CurveKind, pen: u32, page: &[[f64; 2]]) -> Polyline {
         Polyline {
-            kind,
+            kind: Some(kind),
             surface: 0,
             layer: kind.name().into(),
             pen,

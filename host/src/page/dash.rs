@@ -99,7 +99,7 @@ mod tests {
 
     fn polyline(page: Vec<DVec2>) -> Polyline {
         Polyline {
-            kind: CurveKind::Iso,
+            kind: Some(CurveKind::Iso),
             surface: 0,
             layer: "hidden".into(),
             pen: 1,

@@ -56,7 +56,7 @@ impl<'a> Outlines<'a> {
     fn new(polylines: &'a [Polyline]) -> Self {
         let mut outlines = Self { polylines, cells: HashMap::new(), lengths: HashMap::new() };
         for (k, line) in polylines.iter().enumerate() {
-            if line.kind == CurveKind::Iso || !line.visible || !line.page.iter().all(|p| p.is_finite()) {
+            if line.kind == Some(CurveKind::Iso) || !line.visible || !line.page.iter().all(|p| p.is_finite()) {
                 continue;
             }
             let mut lengths = vec![0.0];
@@ -95,7 +95,7 @@ impl<'a> Outlines<'a> {
     /// The way from the end of one polyline to the beginning of the next along an outline.
     fn way(&self, from: &Polyline, to: &Polyline, pen_width_mm: f64) -> Option<Polyline> {
         let before = from;
-        let isocurves = [from, to].iter().all(|p| p.kind == CurveKind::Iso && p.visible);
+        let isocurves = [from, to].iter().all(|p| p.kind == Some(CurveKind::Iso) && p.visible);
         if !isocurves || (from.pen, from.level) != (to.pen, to.level) {
             return None;
         }
@@ -190,11 +190,11 @@ mod tests {
     /// The joins among polylines: what is on the layer of isocurves and is none.
     fn joins(lines: Vec<Polyline>, pen_width_mm: f64) -> Vec<Polyline> {
         let joined = join(lines, pen_width_mm);
-        for w in joined.windows(3).filter(|w| w[1].layer == "iso" && w[1].kind != Iso) {
+        for w in joined.windows(3).filter(|w| w[1].layer == "iso" && w[1].kind != Some(Iso)) {
             assert_eq!((w[0].page.last(), w[1].page.last()), (w[1].page.first(), w[2].page.first()));
             assert_eq!(w[1].page.len(), w[1].points.len());
         }
-        joined.into_iter().filter(|p| p.layer == "iso" && p.kind != Iso).collect()
+        joined.into_iter().filter(|p| p.layer == "iso" && p.kind != Some(Iso)).collect()
     }
 
     fn with_frame(lines: Vec<Polyline>) -> Vec<Polyline> {
@@ -211,7 +211,7 @@ mod tests {
         let found = joins(with_frame(rungs()), 0.3);
         assert_eq!(found.len(), 19);
         for j in &found {
-            assert_eq!(j.kind, Boundary);
+            assert_eq!(j.kind, Some(Boundary));
             assert!(j.points.iter().zip(&j.page).all(|(q, p)| q.distance(p.extend(0.5)) < 1e-12));
         }
     }

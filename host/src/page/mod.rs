@@ -103,7 +103,7 @@ pub fn lay_out(strokes: &[Stroke], layout: &Layout, inks: &Inks, depths: Depths,
 
 fn polyline(stroke: &Stroke, layout: &Layout, layer: &str, pen: u32) -> Polyline {
     Polyline {
-        kind: stroke.kind,
+        kind: Some(stroke.kind),
         surface: stroke.surface,
         layer: layer.to_owned(),
         pen,

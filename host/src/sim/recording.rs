@@ -1,11 +1,10 @@
 //! What a simulated plotter drew.
 
-use glam::{DVec2, DVec3};
-use penvis_core::stroke::{Certainty, CurveKind};
+use glam::DVec2;
 use penvis_firmware::AXES;
 
 use crate::device::Placement;
-use crate::drawing::{Drawing, Page, Polyline};
+use crate::drawing::{Drawing, LAYER, Page, Polyline};
 use crate::pens::Pens;
 
 /// A run of the pen, from one change of it to the next.
@@ -74,18 +73,7 @@ impl Recording {
     pub fn drawing(&self, name: &str, page: Page, placement: &Placement) -> Drawing {
         let polylines = self.traces.iter().filter(|trace| trace.pen_down).map(|trace| {
             let page: Vec<DVec2> = trace.points.iter().map(|point| placement.to_page(*point)).collect();
-            Polyline {
-                kind: CurveKind::Boundary,
-                surface: 0,
-                layer: "ink".to_owned(),
-                pen: trace.pen,
-                level: 0,
-                visible: true,
-                qi: 0,
-                certainty: Certainty::Tolerance,
-                points: page.iter().map(|point| DVec3::new(point.x, point.y, 0.0)).collect(),
-                page,
-            }
+            Polyline::stroke(LAYER, trace.pen, page)
         });
         let polylines = polylines.collect();
         Drawing { name: name.to_owned(), page, isos: 0, pens: Pens::default(), polylines }
