@@ -7,7 +7,7 @@ use clap::Args;
 /// Arguments of `penvis draw`.
 #[derive(Clone, Debug, Args)]
 pub struct DrawArgs {
-    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`), of which several are drawn as one scene; or a drawing (.json)
+    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`), of which several are drawn as one scene; or drawings (.svg, .json)
     #[arg(required = true, value_name = "MODEL|DRAWING")]
     pub models: Vec<String>,
     /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times

@@ -27,6 +27,8 @@ pub struct Computed {
     pub stats: pipeline::Stats,
     /// Times of all stages but `emit` and `total`.
     pub seconds: Seconds,
+    /// What is not drawn that was to be, each a line.
+    pub notes: Vec<String>,
 }
 
 /// A model that has been read, and what is settled about its drawing.
@@ -169,7 +171,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     }
     seconds.page = started.elapsed().as_secs_f64();
     let drawing = Drawing { name, page: settled.page, isos: settled.isos, pens: settled.pens, polylines };
-    Ok(Computed { drawing, view, stats: traced.stats, seconds })
+    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes: Vec::new() })
 }
 
 /// Shows how much is read, and stops reading at Ctrl-C or when the time is over.

@@ -1,6 +1,11 @@
 //! A drawing: strokes on paper, in millimetres, in the order in which they are drawn.
 
+mod file;
+mod flatten;
 pub mod json;
+pub mod svg;
+
+pub use file::{DrawingFormat, Found, Reading};
 
 use glam::{DVec2, DVec3};
 use penvis_core::stroke::{Certainty, CurveKind};

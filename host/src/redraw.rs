@@ -9,13 +9,13 @@ use thiserror::Error;
 
 use crate::args::DrawingArgs;
 use crate::compute::Computed;
-use crate::drawing::{Drawing, Page, json};
+use crate::drawing::{Drawing, DrawingFormat, Found, Page, Reading};
 use crate::error::Error;
 use crate::interrupt;
 use crate::model::{ReadError, Source, View};
 use crate::options::{DrawingOptions, OptionError, bad};
 use crate::page::{self, Layout, PathChoice, Placing, Position, Size, Window};
-use crate::pens::Pens;
+use crate::pens::{Pen, Pens};
 use crate::progress::Progress;
 use crate::stats::Seconds;
 use crate::style::MOST_PENS;
@@ -24,12 +24,12 @@ use crate::style::MOST_PENS;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RedrawError {
-    /// It is not alone.
-    #[error("{file} is a drawing and is drawn by itself; give it without {other}")]
-    Several {
+    /// It is among models.
+    #[error("{file} is a drawing, and {other} is none; draw models and drawings one after the other")]
+    Mixed {
         /// The drawing.
         file: String,
-        /// What else was given.
+        /// What is none.
         other: String,
     },
     /// Something is asked for that only models have.
@@ -37,6 +37,14 @@ pub enum RedrawError {
     Surfaces {
         /// The option.
         option: &'static str,
+        /// The drawing.
+        file: String,
+    },
+    /// There are more layers than pens.
+    #[error(
+        "{file} has more layers than there are pens, {MOST_PENS}; give them pens with --pen LAYER=N, or all of them one with --pen 1"
+    )]
+    Layers {
         /// The drawing.
         file: String,
     },
@@ -50,10 +58,10 @@ pub enum RedrawError {
     },
 }
 
-/// A drawing in a file, and what is asked of it.
+/// Drawings in files, and what is asked of them. Several are drawn as one, with their lower left corners together, on a sheet as large as the largest.
 #[derive(Clone, Debug)]
 pub struct Redraw {
-    path: PathBuf,
+    files: Vec<(PathBuf, DrawingFormat)>,
     /// The pen of everything, if one is said.
     pen: Option<u32>,
     /// Pens by layer, which go before it.
@@ -63,18 +71,18 @@ pub struct Redraw {
 }
 
 impl Redraw {
-    /// The drawing among what is to be drawn, if there is one; it is told by what is in the file.
+    /// The drawings among what is to be drawn, if there are any.
     ///
     /// # Errors
-    /// If it is not alone, or something is asked for that only models have.
+    /// If there are models too, or something is asked for that only models have.
     pub fn new(files: &[String], args: &DrawingArgs) -> Result<Option<Self>, Error> {
-        let Some(file) = files.iter().find(|file| is_drawing(Path::new(file))) else { return Ok(None) };
-        if let [first, second, ..] = files {
-            let other = if first == file { second } else { first };
-            return Err(RedrawError::Several { file: file.clone(), other: other.clone() }.into());
+        let formats: Vec<_> = files.iter().map(|file| (file, DrawingFormat::of(Path::new(file)))).collect();
+        let Some((file, _)) = formats.iter().find(|(_, format)| format.is_some()) else { return Ok(None) };
+        if let Some((other, _)) = formats.iter().find(|(_, format)| format.is_none()) {
+            return Err(RedrawError::Mixed { file: (*file).clone(), other: (*other).clone() }.into());
         }
         if let Some(option) = of_models(args) {
-            return Err(RedrawError::Surfaces { option, file: file.clone() }.into());
+            return Err(RedrawError::Surfaces { option, file: (*file).clone() }.into());
         }
         let (mut pen, mut layers) = (None, BTreeMap::new());
         for word in &args.pen {
@@ -90,7 +98,8 @@ impl Redraw {
             }
         }
         let args = DrawingArgs { pen: Vec::new(), ..args.clone() };
-        Ok(Some(Self { path: PathBuf::from(file), pen, layers, args }))
+        let files = formats.into_iter().filter_map(|(file, format)| Some((PathBuf::from(file), format?))).collect();
+        Ok(Some(Self { files, pen, layers, args }))
     }
 
     /// The arguments without the pens, which are said by the layers of the drawing here.
@@ -116,15 +125,21 @@ impl Redraw {
         interrupt::watch();
         progress.stage("reading");
         let started = Instant::now();
-        let fault = |source| RedrawError::Read { file: self.path.display().to_string(), source };
-        let mut source = Source::open(&self.path).map_err(|error| fault(error.into()))?;
-        let (mut drawing, view) = json::read(&mut source).map_err(fault)?;
+        let tolerance_mm = options.sheet.settled_tolerance_mm();
+        let mut found = self.read(tolerance_mm)?;
+        let mut window = place(&mut found.drawing, options)?;
+        // What is enlarged was to be read more closely. The points are on the curves, so that the finer ones are as far apart but for two tolerances, and the
+        // picture becomes less than twice as large as before, unless it is itself no larger than a few of them.
+        let scale = window.as_ref().map_or(1.0, |layout| 1.0 / layout.to_screen_length(1.0));
+        if scale > 1.0 && self.files.iter().any(|(_, format)| format.has_curves()) {
+            found = self.read(tolerance_mm / (2.0 * scale))?;
+            window = place(&mut found.drawing, options)?;
+        }
         let mut seconds = Seconds { read: started.elapsed().as_secs_f64(), ..Seconds::default() };
         progress.stage("ordering");
         let started = Instant::now();
-        drawing.pens = Pens::new(BTreeMap::new(), options.pen_width_mm);
-        self.choose_pens(&mut drawing)?;
-        let window = place(&mut drawing, options)?;
+        let Found { mut drawing, view, colours, notes } = found;
+        self.choose_pens(&mut drawing, &colours, options.pen_width_mm)?;
         let reach = reach(drawing.page)?;
         if let Some(layout) = window {
             let layout = reach.map_or(Ok(layout), |reach| layout.within(reach))?;
@@ -140,25 +155,75 @@ impl Redraw {
             return Err(Error::Interrupted { doing: "ordering strokes".into() });
         }
         seconds.page = started.elapsed().as_secs_f64();
-        Ok(Computed { drawing, view: view.unwrap_or(View::ISOMETRIC), stats: Default::default(), seconds })
+        let view = view.unwrap_or(View::ISOMETRIC);
+        Ok(Computed { drawing, view, stats: Default::default(), seconds, notes })
     }
 
-    /// Gives layers the pens that are said for them.
-    fn choose_pens(&self, drawing: &mut Drawing) -> Result<(), OptionError> {
+    /// Reads the drawings as one.
+    fn read(&self, tolerance_mm: f64) -> Result<Found, Error> {
+        let reading = Reading { tolerance_mm, stops: &interrupt::is_wanted };
+        let mut all: Option<Found> = None;
+        for (path, format) in &self.files {
+            let file = path.display().to_string();
+            let found =
+                Source::open(path).map_err(ReadError::from).and_then(|mut source| format.read(&mut source, &reading));
+            let mut found = match found {
+                Ok(found) => found,
+                Err(ReadError::Stopped) => return Err(Error::Interrupted { doing: format!("reading {file}") }),
+                Err(source) => return Err(RedrawError::Read { file, source }.into()),
+            };
+            found.notes.iter_mut().for_each(|note| *note = format!("{file}: {note}"));
+            all = Some(match all {
+                Some(before) => together(before, found),
+                None => found,
+            });
+        }
+        all.ok_or_else(|| bad("DRAWING", "", "is missing; give a file").into())
+    }
+
+    /// Gives layers the pens that are said for them, and pens the colours of what they draw first.
+    fn choose_pens(
+        &self,
+        drawing: &mut Drawing,
+        colours: &BTreeMap<u32, [u8; 3]>,
+        pen_width_mm: f64,
+    ) -> Result<(), Error> {
         for (layer, pen) in &self.layers {
             if !drawing.polylines.iter().any(|p| p.layer == *layer) {
                 let mut names: Vec<&str> = drawing.polylines.iter().map(|p| p.layer.as_str()).collect();
                 names.sort_unstable();
                 names.dedup();
                 let problem = format!("the drawing has no layer `{layer}`, but {}", names.join(", "));
-                return Err(bad("--pen", format!("{layer}={pen}"), crate::message::one_line(&problem)));
+                return Err(bad("--pen", format!("{layer}={pen}"), crate::message::one_line(&problem)).into());
             }
         }
+        let mut own = BTreeMap::new();
         for polyline in &mut drawing.polylines {
+            let color = colours.get(&polyline.pen).copied();
             polyline.pen = self.layers.get(&polyline.layer).copied().or(self.pen).unwrap_or(polyline.pen);
+            if polyline.pen > MOST_PENS {
+                return Err(RedrawError::Layers { file: drawing.name.clone() }.into());
+            }
+            own.entry(polyline.pen).or_insert(Pen { color, ..Pen::default() });
         }
+        drawing.pens = Pens::new(own, pen_width_mm);
         Ok(())
     }
+}
+
+/// One drawing of two.
+fn together(mut a: Found, b: Found) -> Found {
+    let page = &mut a.drawing.page;
+    page.width_mm = page.width_mm.max(b.drawing.page.width_mm);
+    page.height_mm = page.height_mm.max(b.drawing.page.height_mm);
+    a.drawing.name = format!("{}, {}", a.drawing.name, b.drawing.name);
+    a.drawing.isos = if a.drawing.isos == b.drawing.isos { a.drawing.isos } else { 0 };
+    a.drawing.polylines.extend(b.drawing.polylines);
+    for (pen, colour) in b.colours {
+        a.colours.entry(pen).or_insert(colour);
+    }
+    a.notes.extend(b.notes);
+    Found { view: a.view.filter(|view| b.view.as_ref() == Some(view)), ..a }
 }
 
 /// Puts a drawing on the sheet that is asked for, and returns its layout there; none of a drawing without strokes.
@@ -189,12 +254,6 @@ fn place(drawing: &mut Drawing, options: &DrawingOptions) -> Result<Option<Layou
     Ok(Some(layout))
 }
 
-/// Whether a file is a drawing. What cannot be opened is for those to tell who read models.
-fn is_drawing(path: &Path) -> bool {
-    let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-    is_json && path.is_file() && Source::open(path).is_ok_and(|source| json::looks_like(&source))
-}
-
 /// The first option that is given and asks something of surfaces.
 fn of_models(args: &DrawingArgs) -> Option<&'static str> {
     let given = [
@@ -213,7 +272,6 @@ fn of_models(args: &DrawingArgs) -> Option<&'static str> {
         ("--hidden", args.hidden.is_some()),
         ("--qi", args.qi.is_some()),
         ("--visibility", args.visibility != "rays"),
-        ("--tolerance", args.tolerance.is_some()),
         ("--time-limit", args.time_limit.is_some()),
     ];
     given.into_iter().find_map(|(option, is_given)| is_given.then_some(option))

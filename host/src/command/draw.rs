@@ -69,6 +69,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     if redraw.is_none() {
         eprintln!("{}", stats.visibility.summary());
     }
+    for note in &computed.notes {
+        eprintln!("warning: {note}");
+    }
     for warning in stats.warnings() {
         eprintln!("warning: {warning}; --stats FILE.json lists all");
     }

@@ -37,7 +37,7 @@ const HPGL_DEVICE: &str = "hp7475a";
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or a drawing (.json), or one file for a plotter: .gcode, .nc, .hpgl, .plt
+    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or drawings (.svg, .json), or one file for a plotter: .gcode, .nc, .hpgl, .plt
     #[arg(required_unless_present = "resume", value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl`, `sim:marlin` and
@@ -158,8 +158,10 @@ pub enum PlotError {
         /// What it speaks.
         speaks: &'static str,
     },
-    /// A file that is neither a job nor a model.
-    #[error("{file} is no job for a plotter; those end in .gcode, .nc, .hpgl or .plt, and models in .json")]
+    /// A file that is neither a job nor a drawing nor a model.
+    #[error(
+        "{file} is a picture and no job for a plotter; those end in .gcode, .nc, .hpgl or .plt, and drawings in .svg or .json"
+    )]
     Kind {
         /// The file.
         file: String,
@@ -311,7 +313,7 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
 /// The file for a plotter among the jobs, which then must be the only one; none when they are models.
 fn file(jobs: &[String]) -> Result<Option<&Path>, PlotError> {
     let format = |job: &String| Format::of_path(Path::new(job));
-    if let Some(file) = jobs.iter().find(|job| matches!(format(job), Some(Format::Svg | Format::Png))) {
+    if let Some(file) = jobs.iter().find(|job| format(job) == Some(Format::Png)) {
         return Err(PlotError::Kind { file: file.clone() });
     }
     let Some(file) = jobs.iter().find(|job| matches!(format(job), Some(Format::Gcode | Format::Hpgl))) else {
@@ -394,7 +396,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     }
     let progress = Progress::start();
     let reach = |page| -> Result<_, Error> { Ok(Some(device.place(page).map_err(OptionError::from)?.reach())) };
-    let Computed { drawing, stats, seconds, .. } = match &redraw {
+    let Computed { drawing, stats, seconds, notes, .. } = match &redraw {
         Some(redraw) => redraw.compute(&options, path, &progress, reach)?,
         None => {
             let loaded = load(&options, &progress)?;
@@ -411,7 +413,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let text = made.map_err(|source| Error::Emit { path: PathBuf::from(&name), source })?;
     let stats = Stats::new(&stats, seconds, &drawing, device);
     eprintln!("{}", summary(&name, &stats));
-    for warning in stats.warnings() {
+    for warning in notes.into_iter().chain(stats.warnings()) {
         eprintln!("warning: {warning}");
     }
     Ok(Job { name, bytes: text.into_bytes(), page: Some(drawing.page) })
@@ -593,7 +595,7 @@ mod tests {
             (&[five, "--port", "sim"], "line 2 has G5, which grbl does not know"),
             (&[&gcode, "--port", "sim:grbl,$32=1", "--preflight"], "laser mode ($32=1)"),
             (&[&gcode, "--port", "sim", "--handshake", "esc-b"], "--handshake is for HPGL plotters"),
-            (&["a.svg", "--port", "sim"], "a.svg is no job"),
+            (&["a.png", "--port", "sim"], "a.png is a picture and no job"),
             (&["teapot", &gcode, "--port", "sim"], "is plotted by itself; give it without teapot"),
             (&["no-such-model", "--port", "sim"], "no-such-model"),
             (&["teapot", "--port", "sim", "--paper", "a2"], "larger than the reach"),

@@ -54,7 +54,7 @@ pub fn merge(mut polylines: Vec<Polyline>, gap_mm: f64, hidden: bool) -> Vec<Pol
 #[derive(PartialEq, Eq, Hash)]
 struct Alike<'a> {
     drawn: Drawn<'a>,
-    kind: CurveKind,
+    kind: Option<CurveKind>,
     surface: usize,
     certainty: Certainty,
 }

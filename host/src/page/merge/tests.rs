@@ -91,7 +91,7 @@ fn what_is_not_alike_only_meets() {
     assert_eq!(change(|l| l.page[1].x = f64::NAN).len(), 2);
     let meets = [vec![[0.0, 0.0], [1.0, 0.0], [1.05, 0.0]], vec![[1.05, 0.0], [2.0, 0.0]]];
     assert_eq!(change(|l| l.surface = 4), meets);
-    assert_eq!(change(|l| l.kind = Crease), meets);
+    assert_eq!(change(|l| l.kind = Some(Crease)), meets);
     assert_eq!(change(|l| l.certainty = Certainty::Tolerance), meets);
 }
 

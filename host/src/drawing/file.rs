@@ -1,0 +1,78 @@
+//! Files that hold drawings.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::{Drawing, json, svg};
+use crate::emit::Format;
+use crate::model::{ReadError, Source, View};
+
+/// How a file is read.
+#[derive(Clone, Copy)]
+pub struct Reading<'a> {
+    /// Largest distance in mm between a curve and its polyline on the page of the file, positive.
+    pub tolerance_mm: f64,
+    /// Asked now and then whether to stop.
+    pub stops: &'a dyn Fn() -> bool,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The drawing.
+    pub drawing: Drawing,
+    /// The view that it was drawn with, if it says so.
+    pub view: Option<View>,
+    /// Colours of its pens (red, green, blue), as far as it has such.
+    pub colours: BTreeMap<u32, [u8; 3]>,
+    /// What is in it and not drawn, each a line.
+    pub notes: Vec<String>,
+}
+
+/// What a drawing is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DrawingFormat {
+    /// What [`emit::json`](crate::emit::json) writes.
+    Json,
+    /// Scalable vector graphics.
+    Svg,
+}
+
+impl DrawingFormat {
+    /// That of a file, by its extension, and by what is in it where that says nothing; none of a file that is no drawing, or not there.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        if !path.is_file() {
+            return None;
+        }
+        match Format::of_path(path)? {
+            Format::Svg => Some(Self::Svg),
+            Format::Json => Source::open(path).is_ok_and(|source| json::looks_like(&source)).then_some(Self::Json),
+            _ => None,
+        }
+    }
+
+    /// Whether it holds curves, which are made into polylines in reading.
+    #[must_use]
+    pub fn has_curves(self) -> bool {
+        match self {
+            Self::Svg => true,
+            Self::Json => false,
+        }
+    }
+
+    /// Reads a drawing.
+    ///
+    /// # Errors
+    /// [`ReadError`] with the place, whatever the bytes are.
+    pub fn read(self, source: &mut Source, reading: &Reading<'_>) -> Result<Found, ReadError> {
+        match self {
+            Self::Json => {
+                let (drawing, view) = json::read(source)?;
+                Ok(Found { drawing, view, colours: BTreeMap::new(), notes: Vec::new() })
+            }
+            Self::Svg => svg::read(source, reading),
+        }
+    }
+}
