@@ -45,7 +45,7 @@ impl Flattener {
     }
 
     fn push(&mut self, p: DVec2) -> Result<(), String> {
-        if !(p.abs().max_element() <= LONGEST_MM) {
+        if !p.abs().cmple(DVec2::splat(LONGEST_MM)).all() {
             return Err(format!("has a coordinate of more than {LONGEST_MM} mm; no paper is so large"));
         }
         // A dot is a point twice.
