@@ -138,8 +138,8 @@ pub struct DrawingArgs {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Path of the pen")]
 pub struct PathArgs {
-    /// Join strokes of a layer whose ends are no farther apart than this; 0: none [default: a third of the width of the thinnest pen, whose ink covers
-    /// such a gap]
+    /// Join strokes of a layer whose ends are no farther apart than this, and draw once what a pen would draw twice; 0: leave strokes as they are
+    /// [default: a third of the width of the thinnest pen, whose ink covers such a gap]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub merge: Option<f64>,
     /// Search about so long for a good order of strokes, counted in work, so that the same one is found on every machine; 0: take the

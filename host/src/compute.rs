@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Layout, PathChoice, PenPath, Window};
+use crate::page::{self, Layout, PathChoice, Window};
 use crate::progress::Progress;
 use crate::settle::Settled;
 use crate::stats::Seconds;
@@ -152,7 +152,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
-    let tolerance = layout.to_screen_length(settled.tolerance_mm);
+    let tolerance = layout.to_screen_length(settled.chord_mm());
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let mut seconds = watch.finish();
 
@@ -160,11 +160,9 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let started = Instant::now();
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
     let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
-    let path = PenPath {
-        merges_hidden: !settled.inks.have_dashes(),
-        hatched_mm: settled.adaptive.map(|_| options.pen_width_mm),
-        ..path.settle(&polylines, &settled.pens)
-    };
+    let mut path = path.settle(&polylines, &settled.pens, settled.tolerance_mm);
+    path.joining.hidden = !settled.inks.have_dashes();
+    path.hatched_mm = settled.adaptive.map(|_| options.pen_width_mm);
     let polylines = path.through(polylines, &interrupt::is_wanted);
     if interrupt::is_wanted() {
         return Err(Error::Interrupted { doing: "ordering strokes".into() });

@@ -149,7 +149,7 @@ impl Redraw {
             }
         }
         // What is hidden may be dashes, and stays as it is.
-        let path = path.settle(&drawing.polylines, &drawing.pens);
+        let path = path.settle(&drawing.polylines, &drawing.pens, options.sheet.settled_tolerance_mm());
         drawing.polylines = path.through(drawing.polylines, &interrupt::is_wanted);
         if interrupt::is_wanted() {
             return Err(Error::Interrupted { doing: "ordering strokes".into() });

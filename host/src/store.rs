@@ -90,7 +90,7 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
         changes: pens.iter().map(|&pen| (pen, filled(&language.pen_change, pen))).collect(),
         end: filled(&language.end, pens.last().copied().unwrap_or(1)),
     };
-    let tolerance = layout.to_screen_length(settled.tolerance_mm);
+    let tolerance = layout.to_screen_length(settled.chord_mm());
     Ok(StoredScene { scene, sight: sight(&view), looks, options: wanted, tolerance, program })
 }
 

@@ -6,6 +6,7 @@ use penvis::compute::{Computed, compute, load};
 use penvis::device::{self, Device, Language};
 use penvis::drawing::Drawing;
 use penvis::options::DrawingOptions;
+use penvis::page::PathChoice;
 use penvis::progress::Progress;
 use penvis::protocol::{self, Control, Progress as JobProgress};
 use penvis::sim::{Recording, SimPort};
@@ -36,9 +37,18 @@ pub fn options(words: &[&str]) -> DrawingOptions {
 /// If it cannot be drawn.
 #[must_use]
 pub fn draw(words: &[&str]) -> Computed {
+    along(words, PathChoice::default())
+}
+
+/// Draws what `penvis draw` with these words draws, along a path of which something else is asked.
+///
+/// # Panics
+/// If it cannot be drawn.
+#[must_use]
+pub fn along(words: &[&str], path: PathChoice) -> Computed {
     let (options, progress) = (options(words), Progress::start());
     let loaded = load(&options, &progress).expect("the model can be read");
-    compute(loaded).expect("the model can be drawn")
+    compute(loaded.along(path)).expect("the model can be drawn")
 }
 
 /// The plotter that is simulated.

@@ -6,11 +6,12 @@ use std::io::Write;
 use glam::DVec2;
 use penvis::drawing::Drawing;
 use penvis::emit;
+use penvis::page::PathChoice;
 use penvis::sim::Recording;
 use penvis_firmware::Settings;
 use penvis_tests::faults::Bench;
 use penvis_tests::ink::Ink;
-use penvis_tests::plotter::{draw, ink, plot, port, simulated};
+use penvis_tests::plotter::{along, draw, ink, plot, port, simulated};
 
 /// Allowed besides the length of a step, in mm.
 const DEVIATION: f64 = 0.02;
@@ -130,5 +131,38 @@ fn a_sender_that_does_not_count_spoils_the_drawing() {
 fn the_firmware_is_an_hpgl_plotter_too() {
     if let Err(problem) = Bench::new("sim", "penvis-hpgl") {
         panic!("{problem}");
+    }
+}
+
+/// Strokes that are joined, parts of strokes that are there twice, and vertices that are left out: it is the same ink.
+#[test]
+fn joining_changes_no_ink() {
+    let models: [&[&str]; 6] = [
+        &["teapot"],
+        &["pawn", "--hidden", "layer"],
+        &["vase", "--iso-spacing", "2"],
+        &["linked_tori", "--curves", "silhouette,boundary,intersection"],
+        &["pawn", "--shade", "lambert", "--iso-levels", "2", "--paper", "a5"],
+        &["knight", "--hidden", "dashed"],
+    ];
+    for words in models {
+        let with = |merge_mm: Option<f64>| along(words, PathChoice { merge_mm, ..PathChoice::default() }).drawing;
+        let (as_they_are, joined) = (with(Some(0.0)), with(None));
+        let (before, after) = (Ink::new(&as_they_are), Ink::new(&joined));
+        let lost = before.farthest_from(&after).expect("ink").0;
+        let new = after.farthest_from(&before).expect("ink").0;
+        let vertices = |d: &Drawing| d.polylines.iter().map(|p| p.page.len()).sum::<usize>();
+        println!(
+            "{words:?}: {} strokes for {}, {} vertices for {}, {:.1} mm for {:.1}; {lost:.4} mm lost, {new:.4} mm new",
+            joined.polylines.len(),
+            as_they_are.polylines.len(),
+            vertices(&joined),
+            vertices(&as_they_are),
+            after.length_mm(),
+            before.length_mm(),
+        );
+        assert!(joined.polylines.len() <= as_they_are.polylines.len() && vertices(&joined) <= vertices(&as_they_are));
+        // The tolerance; and the middle of a gap that is closed, which lies in the ink of its ends.
+        assert!(lost <= 0.01 + 0.001 && new <= 0.05 + 0.001, "{words:?}: {lost} mm lost, {new} mm new");
     }
 }

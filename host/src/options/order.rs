@@ -50,8 +50,9 @@ impl OrderOptions {
             other => return Err(bad("--order-by", other, "is not one of time, distance")),
         };
         if let Some(mm) = args.merge.filter(|mm| !(0.0..=WIDEST_GAP_MM).contains(mm)) {
-            let problem =
-                format!("is not a length from 0 to {WIDEST_GAP_MM} mm; 0.1 is a good one, and 0 joins nothing");
+            let problem = format!(
+                "is not a length from 0 to {WIDEST_GAP_MM} mm; 0.1 is a good one, and 0 leaves strokes as they are"
+            );
             return Err(bad("--merge", mm, problem));
         }
         Ok(Self { seconds: args.optimize, by, seed: args.order_seed, merge_mm: args.merge })

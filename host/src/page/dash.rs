@@ -1,7 +1,6 @@
 //! Dashes as ink: a polyline cut into short ones, because a pen knows no dash pattern.
 
-use glam::{DVec2, DVec3};
-
+use super::walk::Walk;
 use crate::drawing::Polyline;
 
 /// Lengths of dash and gap in mm, both positive.
@@ -37,7 +36,7 @@ pub fn dash(polyline: &Polyline, pattern: DashPattern, out: &mut Vec<Polyline>) 
     }
     let stretch = length / (natural_length(count, closed, pattern));
     let period = (dash_mm + gap_mm) * stretch;
-    let mut walk = Walk { polyline, segment: 0, start: 0.0 };
+    let mut walk = Walk::new(polyline);
     let mut k = 0.0;
     while k < count {
         let from = k * period;
@@ -50,48 +49,9 @@ fn natural_length(count: f64, closed: bool, pattern: DashPattern) -> f64 {
     count * (pattern.dash_mm + pattern.gap_mm) - if closed { 0.0 } else { pattern.gap_mm }
 }
 
-/// Where a walk along a polyline has come to.
-struct Walk<'a> {
-    polyline: &'a Polyline,
-    /// The segment that the walk is on.
-    segment: usize,
-    /// Length in mm before it.
-    start: f64,
-}
-
-impl Walk<'_> {
-    /// The part between two lengths in mm, neither less than those of the call before.
-    fn cut(&mut self, from: f64, to: f64) -> Polyline {
-        let (page, points) = (&self.polyline.page, &self.polyline.points);
-        let (p, q) = self.go(from);
-        let (mut on_page, mut on_model) = (vec![p], vec![q]);
-        let first = self.segment;
-        let (p, q) = self.go(to);
-        on_page.extend_from_slice(&page[first + 1..=self.segment]);
-        on_model.extend_from_slice(&points[first + 1..=self.segment]);
-        on_page.push(p);
-        on_model.push(q);
-        Polyline { page: on_page, points: on_model, layer: self.polyline.layer.clone(), ..*self.polyline }
-    }
-
-    /// Walks to a length in mm and returns the point there, on the page and in the model.
-    fn go(&mut self, at: f64) -> (DVec2, DVec3) {
-        let (page, points) = (&self.polyline.page, &self.polyline.points);
-        loop {
-            let k = self.segment;
-            let length = page[k].distance(page[k + 1]);
-            if at <= self.start + length || k + 2 == page.len() {
-                let s = if length > 0.0 { ((at - self.start) / length).clamp(0.0, 1.0) } else { 0.0 };
-                return (page[k].lerp(page[k + 1], s), points[k].lerp(points[k + 1], s));
-            }
-            self.start += length;
-            self.segment += 1;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::{DVec2, DVec3};
     use penvis_core::stroke::{Certainty, CurveKind};
     use proptest::prelude::*;
 

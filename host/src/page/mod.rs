@@ -9,9 +9,12 @@ mod join;
 mod layout;
 mod merge;
 mod order;
+mod overlap;
 mod path;
 mod placing;
 mod sheet;
+mod simplify;
+mod walk;
 
 pub use clip::{Window, clip};
 pub use dash::{DashPattern, dash};
@@ -20,7 +23,8 @@ pub use join::join;
 pub use layout::{Layout, LayoutError};
 pub use merge::merge;
 pub use order::{Effort, Measure, Rest, Visit, order, route};
-pub use path::{PathChoice, PenPath};
+pub use overlap::draw_once;
+pub use path::{Joining, PathChoice, PenPath, SIMPLIFIED_SHARE};
 pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 

@@ -1,6 +1,7 @@
 //! The path of the pen through what is on the paper.
 
-use super::{Effort, join, merge, order};
+use super::simplify::simplify;
+use super::{Effort, draw_once, join, merge, order};
 use crate::drawing::Polyline;
 use crate::pens::Pens;
 
@@ -8,45 +9,79 @@ use crate::pens::Pens;
 /// the width on either side, which for fine pens is less than the tolerance of curves.
 const GAP_SHARE: f64 = 1.0 / 3.0;
 
+/// Share of the tolerance of a drawing that is left to vertices that are left out: curves are traced within the rest of it. It is small, as chords that
+/// follow a curve are all needed, and only runs that are straight are not.
+pub const SIMPLIFIED_SHARE: f64 = 0.1;
+
 /// What is asked of the path of the pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathChoice {
     /// What the order of strokes is to be good at, and how long may be searched for it.
     pub effort: Effort,
-    /// Largest gap in mm over which ends of strokes are joined, 0 for none; a third of the thinnest pen's width if nothing is said.
+    /// Largest gap in mm over which ends of strokes are joined, a third of the thinnest pen's width if nothing is said; 0 to leave strokes as they are.
     pub merge_mm: Option<f64>,
+}
+
+/// What becomes of strokes before they are ordered. By default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Joining {
+    /// Distance in mm within which lines are one and the same, and drawn once; see [`draw_once`].
+    pub same_mm: f64,
+    /// Largest gap in mm over which ends of strokes are joined; see [`merge`].
+    pub gap_mm: f64,
+    /// Largest distance in mm of vertices that are left out from what is drawn.
+    pub chord_mm: f64,
+    /// Whether hidden polylines are joined too. They must not be where some are dashes, whose gaps are meant.
+    pub hidden: bool,
 }
 
 /// How the pen goes through polylines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PenPath {
+    /// What becomes of them before they are ordered.
+    pub joining: Joining,
     /// What their order is to be good at, and how long may be searched for it.
     pub effort: Effort,
-    /// Largest gap in mm over which ends of strokes are joined; 0 for none.
-    pub merge_mm: f64,
-    /// Whether hidden polylines are joined too. They must not be where some are dashes, whose gaps are meant.
-    pub merges_hidden: bool,
     /// Width of the pen in mm where isocurves are hatches: they are joined along outlines of this width.
     pub hatched_mm: Option<f64>,
 }
 
 impl PathChoice {
-    /// The path through polylines that these pens draw.
+    /// The path through polylines that these pens draw, and that are within `tolerance_mm` of what they stand for once [vertices](SIMPLIFIED_SHARE) are
+    /// left out; so near together, two stand for the same.
     #[must_use]
-    pub fn settle(&self, polylines: &[Polyline], pens: &Pens) -> PenPath {
+    pub fn settle(&self, polylines: &[Polyline], pens: &Pens, tolerance_mm: f64) -> PenPath {
         let thinnest = || polylines.iter().map(|p| pens.width_mm(p.pen)).reduce(f64::min).unwrap_or(0.0);
-        let merge_mm = self.merge_mm.unwrap_or_else(|| GAP_SHARE * thinnest());
-        PenPath { effort: self.effort, merge_mm, ..PenPath::default() }
+        let gap_mm = self.merge_mm.unwrap_or_else(|| GAP_SHARE * thinnest());
+        let joining = if gap_mm > 0.0 {
+            Joining { same_mm: tolerance_mm, gap_mm, chord_mm: SIMPLIFIED_SHARE * tolerance_mm, hidden: false }
+        } else {
+            Joining::default()
+        };
+        PenPath { joining, effort: self.effort, hatched_mm: None }
+    }
+}
+
+impl Joining {
+    /// Draws once what is there twice, joins polylines whose ends meet, and leaves out vertices that are not needed. `stops` is asked now and then
+    /// whether to leave the rest as it is.
+    #[must_use]
+    pub fn join(&self, polylines: Vec<Polyline>, stops: &dyn Fn() -> bool) -> Vec<Polyline> {
+        let once = draw_once(polylines, self.same_mm, self.hidden, stops);
+        let mut merged = merge(once, self.gap_mm, self.hidden);
+        if self.chord_mm > 0.0 {
+            merged.iter_mut().for_each(|polyline| simplify(polyline, self.chord_mm));
+        }
+        merged
     }
 }
 
 impl PenPath {
-    /// Joins polylines whose ends meet, orders them for the pen, and joins hatches. `stops` is asked now and then whether to end with what has been
-    /// found. Cost: that of [`order`] and [`merge`].
+    /// Joins polylines, orders them for the pen, and joins hatches. `stops` is asked now and then whether to end with what has been found. Cost: that
+    /// of [`draw_once`], [`merge`] and [`order`].
     #[must_use]
     pub fn through(&self, polylines: Vec<Polyline>, stops: &dyn Fn() -> bool) -> Vec<Polyline> {
-        let merged = merge(polylines, self.merge_mm, self.merges_hidden);
-        let ordered = order(merged, &self.effort, stops);
+        let ordered = order(self.joining.join(polylines, stops), &self.effort, stops);
         match self.hatched_mm {
             Some(width_mm) => join(ordered, width_mm),
             None => ordered,

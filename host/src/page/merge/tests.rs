@@ -163,8 +163,10 @@ proptest! {
             let [a, b] = [[segment[0], segment[1]], [segment[2], segment[3]]].map(|p| DVec2::from(p.map(f64::from_bits)));
             prop_assert!(before.get(segment).is_some_and(|t| t >= times) || a.distance(b) <= GAP, "{} to {} is new", a, b);
         }
-        // Nothing is left to be joined.
-        let again = merge(found.clone(), GAP, false);
-        prop_assert_eq!(again.len(), found.len());
+        // Nothing is left to be joined; but an end that was taken to another one may have come near to more.
+        if unlike == 1 {
+            let again = merge(found.clone(), GAP, false);
+            prop_assert_eq!(again.len(), found.len());
+        }
     }
 }
