@@ -235,7 +235,7 @@ impl Covered {
 /// The part of a segment, by lengths from its beginning, that is within a distance of another one: of the points of a strip and of the disks at its ends,
 /// which are convex together. None if there is no such part, or the segment is a point.
 fn span_within([a, b]: [DVec2; 2], length: f64, [p, q]: [DVec2; 2], within: f64) -> Option<Span> {
-    if !(length > 0.0) {
+    if length == 0.0 {
         return None;
     }
     let along = (b - a) / length;
