@@ -6,7 +6,7 @@ use std::io::Write;
 use glam::DVec2;
 use penvis::drawing::Drawing;
 use penvis::emit;
-use penvis::page::PathChoice;
+use penvis::page::{Effort, PathChoice};
 use penvis::sim::Recording;
 use penvis_firmware::Settings;
 use penvis_tests::faults::Bench;
@@ -137,16 +137,14 @@ fn the_firmware_is_an_hpgl_plotter_too() {
 /// Strokes that are joined, parts of strokes that are there twice, and vertices that are left out: it is the same ink.
 #[test]
 fn joining_changes_no_ink() {
-    let models: [&[&str]; 6] = [
-        &["teapot"],
-        &["pawn", "--hidden", "layer"],
-        &["vase", "--iso-spacing", "2"],
-        &["linked_tori", "--curves", "silhouette,boundary,intersection"],
-        &["pawn", "--shade", "lambert", "--iso-levels", "2", "--paper", "a5"],
-        &["knight", "--hidden", "dashed"],
+    let models: [&[&str]; 3] = [
+        &["teapot", "--iso", "3"],
+        &["pawn", "--hidden", "layer", "--iso", "2"],
+        &["pawn", "--hidden", "dashed", "--iso", "2"],
     ];
+    let effort = Effort { seconds: 0.0, ..Effort::default() };
     for words in models {
-        let with = |merge_mm: Option<f64>| along(words, PathChoice { merge_mm, ..PathChoice::default() }).drawing;
+        let with = |merge_mm: Option<f64>| along(words, PathChoice { merge_mm, effort }).drawing;
         let (as_they_are, joined) = (with(Some(0.0)), with(None));
         let (before, after) = (Ink::new(&as_they_are), Ink::new(&joined));
         let lost = before.farthest_from(&after).expect("ink").0;
@@ -161,7 +159,8 @@ fn joining_changes_no_ink() {
             after.length_mm(),
             before.length_mm(),
         );
-        assert!(joined.polylines.len() <= as_they_are.polylines.len() && vertices(&joined) <= vertices(&as_they_are));
+        let gaps = 0.1 * as_they_are.polylines.len() as f64;
+        assert!(after.length_mm() <= before.length_mm() + gaps && vertices(&joined) <= vertices(&as_they_are));
         // The tolerance; and the middle of a gap that is closed, which lies in the ink of its ends.
         assert!(lost <= 0.01 + 0.001 && new <= 0.05 + 0.001, "{words:?}: {lost} mm lost, {new} mm new");
     }
