@@ -5,18 +5,13 @@
 //! processor, where the system tells them, and neighbours that the search might look at.
 
 use std::env;
-use std::f64::consts::TAU;
 use std::fs;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use glam::DVec2;
-use penvis::page::{Effort, Measure, Rest, Visit, route};
-
-/// Sheet in mm.
-const SHEET: DVec2 = DVec2::new(280.0, 200.0);
-
-type Line = Vec<DVec2>;
+use penvis::page::{Effort, Measure, Rest, route};
+use penvis_tests::strokes::{Line, hatches, rings, segments, travel};
 
 fn main() -> ExitCode {
     println!("{:<12} {:>8} {:>9} {:>10} {:>8} {:>14}", "drawing", "strokes", "search s", "travel mm", "cpu s", "looks");
@@ -52,20 +47,6 @@ fn report(name: &str, lines: &[Line], times: &[f64]) {
     }
 }
 
-/// Travel between strokes in mm.
-fn travel(lines: &[Line], visits: &[Visit]) -> f64 {
-    let ends = |v: &Visit| {
-        let line = &lines[v.stroke as usize];
-        let (first, last) = (line[0], line[line.len() - 1]);
-        match v.vertex {
-            _ if first == last => [line[v.vertex as usize]; 2],
-            0 => [first, last],
-            _ => [last, first],
-        }
-    };
-    visits.windows(2).map(|w| ends(&w[0])[1].distance(ends(&w[1])[0])).sum()
-}
-
 /// Time that the processor has worked for this program, or else the time of day, in s.
 fn processor_s() -> f64 {
     thread_local!(static START: Instant = Instant::now());
@@ -88,64 +69,4 @@ fn parse(text: &str) -> Result<Vec<Line>, String> {
 fn point(text: &str) -> Option<DVec2> {
     let mut numbers = text.split([' ', ',']).filter(|t| !t.is_empty()).map(|t| t.parse().ok());
     Some(DVec2::new(numbers.next()??, numbers.next()??))
-}
-
-/// Short segments anywhere.
-fn segments(count: usize) -> Vec<Line> {
-    let mut rng = fastrand::Rng::with_seed(1);
-    let segment = |_| {
-        let at = DVec2::new(rng.f64(), rng.f64()) * SHEET;
-        vec![at, at + DVec2::from_angle(rng.f64() * TAU) * (1.0 + 4.0 * rng.f64())]
-    };
-    (0..count).map(segment).collect()
-}
-
-/// Dashes of wobbly rings around a few places, in any order and direction.
-fn rings(count: usize) -> Vec<Line> {
-    let mut rng = fastrand::Rng::with_seed(2);
-    let mut lines = Vec::new();
-    while lines.len() < count {
-        let (middle, lobes) = (DVec2::new(rng.f64(), rng.f64()) * SHEET, f64::from(rng.u32(3..9)));
-        for ring in 1..=20 {
-            let radius = 1.5 * f64::from(ring);
-            let at = |angle: f64| middle + DVec2::from_angle(angle) * (radius + 0.5 * (lobes * angle).sin());
-            let mut angle = 0.0;
-            while angle < TAU {
-                let vertices = rng.u32(4..14);
-                let mut line: Line = (0..vertices).map(|k| at(angle + 0.5 * f64::from(k) / radius)).collect();
-                if rng.bool() {
-                    line.reverse();
-                }
-                lines.push(line);
-                angle += (0.5 * f64::from(vertices) + rng.f64()) / radius;
-            }
-        }
-    }
-    rng.shuffle(&mut lines);
-    lines.truncate(count);
-    lines
-}
-
-/// Hatches of disks and boxes, some broken, those of a shape together.
-fn hatches(count: usize) -> Vec<Line> {
-    let mut rng = fastrand::Rng::with_seed(3);
-    let mut lines = Vec::new();
-    while lines.len() < count {
-        let (middle, angle) = (DVec2::new(rng.f64(), rng.f64()) * SHEET, rng.f64() * TAU);
-        let (along, half, is_disk) = (DVec2::from_angle(angle), 1.0 + 4.0 * rng.f64(), rng.bool());
-        let mut off = -half;
-        while off < half {
-            let reach = if is_disk { (half * half - off * off).sqrt() } else { half };
-            let at = |share: f64| middle + along.perp() * off + along * (share * reach);
-            if rng.u32(0..3) == 0 {
-                let gap = rng.f64() - 0.5;
-                lines.extend([vec![at(-1.0), at(gap - 0.1)], vec![at(gap + 0.1), at(1.0)]]);
-            } else {
-                lines.push(vec![at(-1.0), at(1.0)]);
-            }
-            off += 0.3;
-        }
-    }
-    lines.truncate(count);
-    lines
 }

@@ -9,4 +9,5 @@ pub mod oracle;
 pub mod plotter;
 pub mod raster;
 pub mod stages;
+pub mod strokes;
 pub mod subdivision;
