@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use crate::arrange::region::{Region, regions};
-use crate::arrange::{Arcs, ArrangeStats, Arrangement, Clusters, Tolerance, arrange, clusters};
+use crate::arrange::{Arcs, ArrangeStats, Arrangement, Clusters, CurveArcs, Tolerance, arrange, clusters};
 use crate::extract::adaptive::{AdaptiveOptions, AdaptiveStats, adaptive_curves, cover};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
 use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
@@ -44,10 +44,13 @@ pub struct DrawOptions {
     /// Cells that patches are cut into ahead of the sight lines, at the most; where there are more patches, one each. Half a
     /// kilobyte a cell: few spare memory and cost time, for each sight line then cuts its own. It changes no picture.
     pub cells: usize,
+    /// Whether the arcs that curves are intersected by are kept. If not, each is made again whenever it is asked for: its memory for its
+    /// time. It changes no picture.
+    pub keep_arcs: bool,
 }
 
 impl Default for DrawOptions {
-    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree, as many cells as spare time.
+    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree, as many cells as spare time, arcs kept.
     fn default() -> Self {
         Self {
             curves: CurveSet::default(),
@@ -57,6 +60,7 @@ impl Default for DrawOptions {
             clusters: true,
             smooth_angle: SMOOTH_ANGLE,
             cells: usize::MAX,
+            keep_arcs: true,
         }
     }
 }
@@ -227,7 +231,7 @@ impl Prepared {
         }
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
         let chains = silhouette_chains(&g, &stitching, &curves, chaining);
-        let arcs = Arcs::new(&curves, &g, FIT * size, stop);
+        let arcs = Arcs::new(&curves, &g, FIT * size, options.keep_arcs, stop);
         stop.check()?;
         let stats = Stats {
             surfaces: view.surfaces().len() as u64,
@@ -257,7 +261,7 @@ impl Prepared {
         let found = cover(&g, &self.stitching, &wanted, &self.styles, options, stop);
         stop.check()?;
         let curves = adaptive_curves(&g, &found);
-        self.arcs.extend(&curves, self.curves.len(), &g, FIT * self.view.size(), stop);
+        self.arcs.extend(&curves, &g, stop);
         stop.check()?;
         self.curves.extend(curves);
         self.stats.adaptive = found.stats;
@@ -267,7 +271,11 @@ impl Prepared {
     /// Lower left and upper right corner of the picture on the screen.
     #[must_use]
     pub fn extent(&self) -> [DVec2; 2] {
-        self.arcs.extent()
+        self.curve_arcs().extent()
+    }
+
+    fn curve_arcs(&self) -> CurveArcs<'_> {
+        self.arcs.with(&self.curves, self.geometry())
     }
 
     /// What evaluates the curves.
@@ -330,9 +338,9 @@ impl Prepared {
         } else {
             Clusters::none()
         };
-        let arrangement = arrange(&self.curves, &self.arcs, &patches, &self.stitching, &clusters, tolerance, stop);
+        let arrangement = arrange(self.curve_arcs(), &patches, &self.stitching, &clusters, tolerance, stop);
         stop.check()?;
-        let outermost = Outermost::new(&self.curves, &self.arcs, size, &self.classifying());
+        let outermost = Outermost::new(self.curve_arcs(), size, &self.classifying());
         Ok(Split { arrangement, outermost })
     }
 
@@ -503,11 +511,11 @@ mod tests {
     }
 
     #[test]
-    fn strokes_one_by_one_and_with_few_cells_are_the_same_to_the_bit() {
+    fn strokes_one_by_one_and_with_little_kept_are_the_same_to_the_bit() {
         let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
         let all = traced(&saddle(), DVec3::new(0.3, -0.8, 0.4), &DrawOptions::default());
-        for cells in [0, 3, 64, usize::MAX] {
-            let options = DrawOptions { cells, ..DrawOptions::default() };
+        for (cells, keep_arcs) in [(0, true), (3, false), (64, true), (usize::MAX, false)] {
+            let options = DrawOptions { cells, keep_arcs, ..DrawOptions::default() };
             let prepared = Prepared::new(&saddle(), &camera, &options, &()).unwrap();
             let mut one_by_one = Vec::new();
             let stats = prepared.trace_each(1e-3, &(), &mut |stroke| one_by_one.push(stroke)).unwrap();

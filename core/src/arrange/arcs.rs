@@ -3,45 +3,76 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::DVec2;
 
 use super::LengthTable;
-use super::arc::{Arc, Control, screen, split_control};
-use super::run::{Keeper, Run};
-use crate::extract::{Geometry, Path, SurfaceCurve};
+use super::arc::{Arc, screen};
+use super::cover::{Covering, Taker};
+use super::division::{Division, Walk};
+use super::run::Run;
+use crate::extract::{Geometry, SurfaceCurve};
 use crate::stop::Stop;
 
-/// The curves as arcs, ready to be intersected.
+/// What is kept of the curves as arcs; [`with`](Self::with) the curves it is what can be intersected.
 #[derive(Clone, Debug, Default)]
 pub struct Arcs {
-    /// For each curve its arcs.
-    curves: Vec<Box<[Run]>>,
+    curves: Vec<Kept>,
+    fit: f64,
+    keep: bool,
+}
+
+/// What is kept of the arcs of one curve.
+#[derive(Clone, Debug)]
+pub(super) enum Kept {
+    /// The arcs.
+    Whole(Box<[Run]>),
+    /// Where they begin and end.
+    Divided(Division),
 }
 
 impl Arcs {
     /// Covers every curve with arcs: exact for isoparametric lines, within `fit` (screen units) for traced ones; and within
-    /// its gap where it is an edge whose sides are apart.
+    /// its gap where it is an edge whose sides are apart. With `keep` false the arcs are made again whenever they are asked for, the same
+    /// to the bit, and take a few bytes each instead of a hundred.
     #[must_use]
-    pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) -> Self {
-        let mut all = Self { curves: Vec::with_capacity(curves.len()) };
-        all.extend(curves, 0, geometry, fit, stop);
+    pub fn new(curves: &[SurfaceCurve], geometry: &Geometry<'_>, fit: f64, keep: bool, stop: Stop<'_>) -> Self {
+        let mut all = Self { curves: Vec::with_capacity(curves.len()), fit, keep };
+        all.extend(curves, geometry, stop);
         all
     }
 
-    /// Adds the arcs of further curves, the first of which has the index `first`.
-    pub fn extend(&mut self, curves: &[SurfaceCurve], first: usize, geometry: &Geometry<'_>, fit: f64, stop: Stop<'_>) {
-        let mut keeper = Keeper::default();
-        for (k, curve) in (first..).zip(curves) {
+    /// Adds the arcs of further curves.
+    pub fn extend(&mut self, curves: &[SurfaceCurve], geometry: &Geometry<'_>, stop: Stop<'_>) {
+        let mut taker = Taker::new(self.keep);
+        for curve in curves {
+            let covering = Covering { curve, index: self.curves.len(), geometry: *geometry, tolerance: self.fit };
             if !stop.is_wanted() {
-                cover_curve(curve, k, geometry, fit, &mut keeper);
+                covering.cover(&mut taker);
             }
-            self.curves.push(keeper.take());
+            self.curves.push(taker.take());
         }
     }
 
+    /// The arcs of the curves that they are of, evaluated by what these were evaluated by.
+    #[must_use]
+    pub fn with<'a>(&'a self, curves: &'a [SurfaceCurve], geometry: Geometry<'a>) -> CurveArcs<'a> {
+        CurveArcs { arcs: self, curves, geometry }
+    }
+}
+
+/// The curves as arcs, ready to be intersected.
+#[derive(Clone, Copy, Debug)]
+pub struct CurveArcs<'a> {
+    arcs: &'a Arcs,
+    /// The curves.
+    pub(super) curves: &'a [SurfaceCurve],
+    geometry: Geometry<'a>,
+}
+
+impl<'a> CurveArcs<'a> {
     /// All arcs, curve by curve.
-    pub(super) fn iter(&self) -> impl Iterator<Item = Arc> + Clone {
-        (0..self.curves.len()).flat_map(|curve| self.of(curve))
+    pub(super) fn iter(self) -> impl Iterator<Item = Arc> + Clone {
+        (0..self.arcs.curves.len()).flat_map(move |curve| self.of(curve))
     }
 
     /// Screen box of all curves: lower left and upper right corner. No curve leaves it by more than a
@@ -49,93 +80,78 @@ impl Arcs {
     ///
     /// Control polygons are halved only where they reach beyond what is known to be on a curve.
     #[must_use]
-    pub fn extent(&self) -> [DVec2; 2] {
-        let mut found = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-        for arc in self.iter() {
-            let (p, q) = arc.ends();
-            found = [found[0].min(p).min(q), found[1].max(p).max(q)];
-        }
-        // A picture that is one point has the rounding of its coordinates instead of a size.
-        let rounding = 64.0 * f64::EPSILON * found[0].abs().max(found[1].abs()).max_element();
-        let slack = DVec2::splat(rounding.max(EXTENT_SLACK * (found[1] - found[0]).max_element()));
-        for arc in self.iter() {
-            widen(&arc, slack, &mut found, 0);
-        }
-        found
+    pub fn extent(self) -> [DVec2; 2] {
+        extent_of(&self.iter())
     }
 
-    /// The place of an active curve that is outermost in a direction on the screen: curve and parameter. None if places
+    /// For each direction on the screen the place of an active curve that is outermost in it: curve and parameter. None if places
     /// more than `apart` away from it in space are as far out, to within `margin`: they may lie in front of it.
     #[must_use]
-    pub(crate) fn outermost(
-        &self,
-        curves: &[SurfaceCurve],
-        direction: DVec2,
+    pub(crate) fn outermost<const N: usize>(
+        self,
+        directions: [DVec2; N],
         margin: f64,
         apart: f64,
-    ) -> Option<(usize, f64)> {
-        let reach =
-            |points: &[DVec4]| points.iter().map(|h| screen(*h).dot(direction)).fold(f64::NEG_INFINITY, f64::max);
-        let ends = |(p, q): (DVec2, DVec2)| p.dot(direction).max(q.dot(direction));
-        let active = || self.iter().filter(|a| curves[a.curve].active);
-        let mut known = active().map(|a| ends(a.ends())).fold(f64::NEG_INFINITY, f64::max);
-        let mut open: Vec<(Arc, u32)> =
-            active().filter(|a| reach(&a.points) >= known - margin).map(|a| (a, 0)).collect();
-        let mut found: Vec<Arc> = Vec::new();
-        while let Some((arc, depth)) = open.pop() {
-            known = known.max(ends(arc.ends()));
-            let far = reach(&arc.points);
-            if far < known - margin {
-                continue;
-            }
-            // A control polygon nears its arc by a factor of four with each halving.
-            if far - ends(arc.ends()) <= margin || depth >= 20 {
-                found.push(arc);
-            } else {
-                let (a, b) = arc.halves();
-                open.extend([(a, depth + 1), (b, depth + 1)]);
+    ) -> [Option<(usize, f64)>; N] {
+        let mut farthest = [f64::NEG_INFINITY; N];
+        let active = || self.iter().filter(|a| self.curves[a.curve].active);
+        for arc in active() {
+            for (known, &direction) in farthest.iter_mut().zip(&directions) {
+                *known = known.max(end_reach(&arc, direction));
             }
         }
-        found.retain(|a| reach(&a.points) >= known - margin);
-        let best = found.iter().max_by(|a, b| ends(a.ends()).total_cmp(&ends(b.ends())))?;
-        let (lo, hi) = (best.lo.extend(best.z[0]), best.hi.extend(best.z[1]));
-        let near = |a: &Arc| {
-            let (low, high) = (a.lo.extend(a.z[0]), a.hi.extend(a.z[1]));
-            (hi.max(high) - lo.min(low)).max_element() <= apart
-        };
-        let (p, q) = best.ends();
-        let x = if p.dot(direction) >= q.dot(direction) { 0.0 } else { 1.0 };
-        found.iter().all(near).then(|| (best.curve, best.param(x)))
+        let mut open = [const { Vec::new() }; N];
+        for arc in active() {
+            for ((open, &known), &direction) in open.iter_mut().zip(&farthest).zip(&directions) {
+                if reach(&arc, direction) >= known - margin {
+                    open.push((arc.clone(), 0));
+                }
+            }
+        }
+        core::array::from_fn(|k| outermost_of(core::mem::take(&mut open[k]), directions[k], farthest[k], margin, apart))
     }
 
     /// The arcs of one curve, in order.
-    pub(super) fn of(&self, curve: usize) -> impl DoubleEndedIterator<Item = Arc> + Clone {
-        self.curves[curve].iter().flat_map(move |run| (0..run.len()).map(move |k| run.arc(k, curve)))
+    pub(super) fn of(self, curve: usize) -> OneCurve<'a> {
+        match &self.arcs.curves[curve] {
+            Kept::Whole(runs) => OneCurve::Whole { runs, next: 0, curve },
+            Kept::Divided(division) => OneCurve::Divided(division.walk(self.covering(curve))),
+        }
+    }
+
+    fn covering(self, index: usize) -> Covering<'a> {
+        Covering { curve: &self.curves[index], index, geometry: self.geometry, tolerance: self.arcs.fit }
     }
 
     /// The number of arcs of one curve.
-    pub(super) fn count(&self, curve: usize) -> usize {
-        self.curves[curve].iter().map(Run::len).sum()
+    pub(super) fn count(self, curve: usize) -> usize {
+        match &self.arcs.curves[curve] {
+            Kept::Whole(runs) => runs.iter().map(Run::len).sum(),
+            Kept::Divided(division) => division.len(),
+        }
     }
 
     /// An arc of one curve.
-    pub(super) fn arc(&self, curve: usize, mut k: usize) -> Option<Arc> {
-        for run in &self.curves[curve] {
-            if k < run.len() {
-                return Some(run.arc(k, curve));
-            }
-            k -= run.len();
-        }
-        None
+    pub(super) fn arc(self, curve: usize, k: usize) -> Option<Arc> {
+        self.of(curve).nth(k)
+    }
+
+    /// Whether an arc of the curve takes evaluations of it, and is worth remembering.
+    pub(super) fn is_dear(self, curve: usize) -> bool {
+        matches!(self.arcs.curves[curve], Kept::Divided(_)) && self.curves[curve].axis().is_none()
     }
 
     /// The first arc of one curve that holds the parameter `t`.
-    pub(super) fn holding(&self, curve: usize, t: f64) -> Option<Arc> {
-        self.curves[curve].iter().find_map(|run| Some(run.arc(run.holding(t)?, curve)))
+    pub(super) fn holding(self, curve: usize, t: f64) -> Option<Arc> {
+        match &self.arcs.curves[curve] {
+            Kept::Whole(runs) => runs.iter().find_map(|run| Some(run.arc(run.holding(t)?, curve))),
+            Kept::Divided(_) => self.of(curve).find(|arc| arc.t[0] <= t && t <= arc.t[1]),
+        }
     }
 
     /// Lengths below `resolution` (screen units) are not told apart.
-    pub(super) fn length_table(&self, curve: &SurfaceCurve, index: usize, resolution: f64) -> LengthTable {
+    pub(super) fn length_table(self, index: usize, resolution: f64) -> LengthTable {
+        let curve = &self.curves[index];
         let mut knots = Vec::with_capacity(self.count(index) + 1);
         knots.push((curve.domain[0], 0.0));
         for a in self.of(index) {
@@ -147,6 +163,86 @@ impl Arcs {
         }
         LengthTable { knots }
     }
+}
+
+/// The arcs of one curve in order.
+#[derive(Clone)]
+pub(super) enum OneCurve<'a> {
+    Whole { runs: &'a [Run], next: usize, curve: usize },
+    Divided(Walk<'a>),
+}
+
+impl Iterator for OneCurve<'_> {
+    type Item = Arc;
+
+    fn next(&mut self) -> Option<Arc> {
+        self.nth(0)
+    }
+
+    /// Makes no arc that is passed over.
+    fn nth(&mut self, n: usize) -> Option<Arc> {
+        match self {
+            Self::Whole { runs, next, curve } => {
+                *next += n;
+                while let Some((run, others)) = runs.split_first() {
+                    if *next < run.len() {
+                        *next += 1;
+                        return Some(run.arc(*next - 1, *curve));
+                    }
+                    *next -= run.len();
+                    *runs = others;
+                }
+                None
+            }
+            Self::Divided(walk) => walk.nth(n),
+        }
+    }
+}
+
+/// How far the control points of an arc reach in a direction on the screen.
+fn reach(arc: &Arc, direction: DVec2) -> f64 {
+    arc.points.iter().map(|h| screen(*h).dot(direction)).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// How far its ends do.
+fn end_reach(arc: &Arc, direction: DVec2) -> f64 {
+    let (p, q) = arc.ends();
+    p.dot(direction).max(q.dot(direction))
+}
+
+/// The outermost place of arcs, of which some end reaches as far as `known`; see [`CurveArcs::outermost`].
+fn outermost_of(
+    mut open: Vec<(Arc, u32)>,
+    direction: DVec2,
+    mut known: f64,
+    margin: f64,
+    apart: f64,
+) -> Option<(usize, f64)> {
+    let mut found: Vec<Arc> = Vec::new();
+    while let Some((arc, depth)) = open.pop() {
+        known = known.max(end_reach(&arc, direction));
+        let far = reach(&arc, direction);
+        if far < known - margin {
+            continue;
+        }
+        // A control polygon nears its arc by a factor of four with each halving.
+        if far - end_reach(&arc, direction) <= margin || depth >= 20 {
+            found.push(arc);
+        } else {
+            let (a, b) = arc.halves();
+            open.extend([(a, depth + 1), (b, depth + 1)]);
+        }
+    }
+    found.retain(|a| reach(a, direction) >= known - margin);
+    let best = found.iter().max_by(|a, b| end_reach(a, direction).total_cmp(&end_reach(b, direction)))?;
+    let (lo, hi) = (best.lo.extend(best.z[0]), best.hi.extend(best.z[1]));
+    let near = |a: &Arc| {
+        let (low, high) = (a.lo.extend(a.z[0]), a.hi.extend(a.z[1]));
+        (hi.max(high) - lo.min(low)).max_element() <= apart
+    };
+    let (p, q) = best.ends();
+    let x = if p.dot(direction) >= q.dot(direction) { 0.0 } else { 1.0 };
+    found.iter().all(near).then(|| (best.curve, best.param(x)))
 }
 
 /// Appends the end of the part of an arc over the interval `x` of its Bézier parameter, from `p` to `q` on the screen, to
@@ -181,6 +277,22 @@ const MOST_UNEVEN: u32 = 50;
 /// Overhang that [`Arcs::extent`] leaves, of the size of the box: a third of a micrometre on a sheet of 300 mm.
 const EXTENT_SLACK: f64 = 1e-6;
 
+/// The box of arcs; see [`CurveArcs::extent`].
+fn extent_of(arcs: &(impl Iterator<Item = Arc> + Clone)) -> [DVec2; 2] {
+    let mut found = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    for arc in arcs.clone() {
+        let (p, q) = arc.ends();
+        found = [found[0].min(p).min(q), found[1].max(p).max(q)];
+    }
+    // A picture that is one point has the rounding of its coordinates instead of a size.
+    let rounding = 64.0 * f64::EPSILON * found[0].abs().max(found[1].abs()).max_element();
+    let slack = DVec2::splat(rounding.max(EXTENT_SLACK * (found[1] - found[0]).max_element()));
+    for arc in arcs.clone() {
+        widen(&arc, slack, &mut found, 0);
+    }
+    found
+}
+
 /// Widens `found` to hold `arc` up to `slack`. The polygon nears the arc by a factor of four with each halving, so ten of
 /// them reach the slack; only halves that still reach beyond are followed.
 fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
@@ -196,116 +308,13 @@ fn widen(arc: &Arc, slack: DVec2, found: &mut [DVec2; 2], depth: u32) {
     widen(&right, slack, found, depth + 1);
 }
 
-/// The arcs of one curve.
-fn cover_curve(curve: &SurfaceCurve, index: usize, geometry: &Geometry<'_>, fit: f64, arcs: &mut Keeper) {
-    match &curve.path {
-        Path::Line(line) => {
-            for span in &line.spans {
-                let (a, b) = (span.t[0].max(curve.domain[0]), span.t[1].min(curve.domain[1]));
-                if a < b {
-                    let width = span.t[1] - span.t[0];
-                    let all: Control = span.points.iter().copied().collect();
-                    let (x, y) = ((a - span.t[0]) / width, (b - span.t[0]) / width);
-                    let right = if x > 0.0 { split_control(&all, x).1 } else { all };
-                    let part = if y < 1.0 { split_control(&right, (y - x) / (1.0 - x)).0 } else { right };
-                    tame(&Arc::new(index, [a, b], part, curve.gap), fit, arcs, 0);
-                }
-            }
-        }
-        Path::Traced(_) | Path::Section(_) | Path::Trim(_) => {
-            let fit = Fit { curve, index, geometry, tolerance: fit };
-            let [a, b] = curve.domain;
-            for segment in a as usize..libm::ceil(b) as usize {
-                let (t0, t1) = (a.max(segment as f64), b.min((segment + 1) as f64));
-                let ((p0, d0), (p1, d1)) = (curve.jet(geometry, t0), curve.jet_below(geometry, t1));
-                fit.hermite((t0, p0, d0), (t1, p1, d1), arcs, 0);
-            }
-        }
-    }
-}
-
-/// Halves an arc until it is tame. Where the curve runs along the sight line and comes back on the screen, the one arc that is
-/// left in the end is as long as the square of its part of the parameter.
-fn tame(arc: &Arc, point: f64, out: &mut Keeper, depth: u32) {
-    const DEEPEST: u32 = 16;
-    if depth >= DEEPEST || is_tame(arc, point) {
-        out.push(arc);
-    } else {
-        let (l, r) = arc.halves();
-        tame(&l, point, out, depth + 1);
-        tame(&r, point, out, depth + 1);
-    }
-}
-
-/// Whether tangents stay within 45° of the chord, so that strips are thin and cone tests can succeed; or the arc is no
-/// larger than `point`: a curve along the sight line has no direction on the screen that halving could bring out.
-fn is_tame(arc: &Arc, point: f64) -> bool {
-    arc.strip().spread <= 1.0 || (arc.hi - arc.lo).max_element() <= 2.0 * arc.error + point
-}
-
-/// A traced curve that is being covered by arcs.
-struct Fit<'a> {
-    curve: &'a SurfaceCurve,
-    index: usize,
-    geometry: &'a Geometry<'a>,
-    tolerance: f64,
-}
-
-/// A parameter with position and derivative there.
-type Node = (f64, DVec3, DVec3);
-
-impl Fit<'_> {
-    /// Cubic Hermite arcs within the tolerance between two places of one segment. The error falls with the fourth power
-    /// of the length, so a few halvings reach any tolerance; it is measured at three inner points.
-    fn hermite(&self, from: Node, to: Node, out: &mut Keeper, depth: u32) {
-        const DEEPEST: u32 = 12;
-        let ((t0, p0, d0), (t1, p1, d1)) = (from, to);
-        let h = t1 - t0;
-        let legs = [d0, d1].map(|d| leg(d * (h / 3.0), p1 - p0));
-        let points = [p0, p0 + legs[0], p1 - legs[1], p1];
-        let control: Control = points.iter().map(|p| DVec4::new(p.x, p.y, p.z, 1.0)).collect();
-        let arc = Arc::new(self.index, [t0, t1], control, self.tolerance);
-        let m = 0.5 * (t0 + t1);
-        let (pm, dm) = self.curve.jet(self.geometry, m);
-        // The middle first: there the error is largest, and the point serves the halves.
-        let mut error = (arc.jet(0.5).0 - pm).length();
-        let tame = is_tame(&arc, self.tolerance);
-        // Where the curve is known less well than the tolerance, arcs cannot be better, however short.
-        let enough = self.tolerance.max(self.curve.rounding(self.geometry, m));
-        if (error <= enough && tame) || depth >= DEEPEST {
-            for x in [0.25, 0.75] {
-                error = error.max((arc.jet(x).0 - self.curve.point(self.geometry, t0 + x * h)).length());
-            }
-        }
-        if depth >= DEEPEST || (error <= enough && tame) {
-            let error = self.tolerance.max(2.0 * error) + self.curve.gap;
-            out.push(&Arc::new(self.index, [t0, t1], arc.points, error));
-        } else {
-            self.hermite(from, (m, pm, dm), out, depth + 1);
-            self.hermite((m, pm, dm), to, out, depth + 1);
-        }
-    }
-}
-
-/// A leg of a Hermite arc's control polygon, no longer than the chord on the screen and in space. The derivative of a
-/// traced curve grows beyond all bounds towards a place where its independent parameter stands still, and means nothing
-/// at a singular point. A monotone cubic has legs of its chord's length at most (Fritsch and Carlson 1980), so nothing is
-/// lost on short arcs.
-fn leg(tangent: DVec3, chord: DVec3) -> DVec3 {
-    if !tangent.is_finite() {
-        return chord / 3.0;
-    }
-    let bounded = |d: DVec2, most: f64| d.clamp_length_max(most.max(f64::MIN_POSITIVE));
-    let flat = bounded(tangent.truncate(), chord.truncate().length());
-    flat.extend(tangent.z.clamp(-chord.length(), chord.length()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec4;
 
     /// The quarter circle round (5, 3) from angle 45° to 135°, whose top is inside and whose control polygon is higher.
-    fn quarter() -> Arcs {
+    fn quarter() -> Arc {
         let c = libm::sqrt(0.5);
         let points = [(c, c, 1.0), (0.0, 2.0 * c, c), (-c, c, 1.0)].map(|(x, y, w)| {
             let middle = DVec2::new(5.0, 3.0);
@@ -313,14 +322,12 @@ mod tests {
             let p = if w < 1.0 { middle + DVec2::new(0.0, y) } else { middle + DVec2::new(x, y) };
             DVec4::new(p.x * w, p.y * w, 0.0, w)
         });
-        let mut keeper = Keeper::default();
-        keeper.push(&Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0));
-        Arcs { curves: alloc::vec![keeper.take()] }
+        Arc::new(0, [0.0, 1.0], points.into_iter().collect(), 0.0)
     }
 
     #[test]
     fn the_extent_is_that_of_the_curve_and_not_of_its_polygon() {
-        let [lo, hi] = quarter().extent();
+        let [lo, hi] = extent_of(&core::iter::once(quarter()));
         let c = libm::sqrt(0.5);
         assert!((lo - DVec2::new(5.0 - c, 3.0 + c)).length() < 1e-14, "{lo}");
         assert!((hi.x - 5.0 - c).abs() < 1e-14 && (hi.y - 4.0).abs() < 2e-6 && hi.y <= 4.0 + 1e-15, "{hi}");

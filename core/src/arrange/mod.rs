@@ -10,6 +10,8 @@ mod alongside;
 mod arc;
 mod arcs;
 mod cluster;
+mod cover;
+mod division;
 mod intersect;
 mod meeting;
 mod pierce;
@@ -25,10 +27,11 @@ use crate::grid::Grid;
 use crate::stitch::Stitching;
 use crate::stop::Stop;
 use crate::view::Patch;
-pub use arcs::Arcs;
+pub use arcs::{Arcs, CurveArcs};
 pub use cluster::{Clusters, clusters};
 
 use arc::{Arc, Control};
+use division::Recent;
 use intersect::{Work, meetings, nearest};
 use meeting::Meeting;
 use pierce::Sheets;
@@ -158,35 +161,38 @@ pub struct Tolerance {
 /// number of near pairs of arcs, and of arcs and patches.
 #[must_use]
 pub fn arrange(
-    curves: &[SurfaceCurve],
-    arcs: &Arcs,
+    arcs: CurveArcs<'_>,
     patches: &[&Patch],
     stitching: &Stitching,
     clusters: &Clusters,
     tolerance: Tolerance,
     stop: Stop<'_>,
 ) -> Arrangement {
-    let active = Active::new(curves, arcs);
+    let curves = arcs.curves;
+    let active = Active::new(arcs);
     let grid = Grid::new(active.iter().map(|a| (a.lo, a.hi)));
     let of_surfaces = arcs.iter().map(|arc| (curves[arc.curve].surface, arc));
     let sheets = Sheets::new(patches, of_surfaces, stitching.joined_surfaces(), tolerance.contact);
-    let splitter = Splitter { curves, arcs, active, grid, sheets, clusters, tolerance };
-    let split = |index: usize| {
-        let table = arcs.length_table(&curves[index], index, tolerance.resolution);
+    let splitter = Splitter { arcs, active, grid, sheets, clusters, tolerance };
+    let split = |recent: &mut Recent, index: usize| {
+        let table = arcs.length_table(index, tolerance.resolution);
         if stop.is_wanted() {
             return (Vec::new(), table, ArrangeStats::default());
         }
-        let (pieces, stats) = splitter.split(index, &table);
+        let (pieces, stats) = splitter.split(index, &table, recent);
         (pieces, table, stats)
     };
     #[cfg(feature = "parallel")]
     let parts: Vec<_> = {
         use rayon::prelude::*;
-        (0..curves.len()).into_par_iter().map(split).collect()
+        (0..curves.len()).into_par_iter().map_init(Recent::default, split).collect()
     };
     // One after the other, so that what is found is in memory once.
     #[cfg(not(feature = "parallel"))]
-    let parts = (0..curves.len()).map(split);
+    let parts = {
+        let mut recent = Recent::default();
+        (0..curves.len()).map(move |index| split(&mut recent, index))
+    };
     let mut stats = ArrangeStats { curves: curves.len() as u64, ..ArrangeStats::default() };
     let (mut pieces, mut lengths) = (Vec::new(), Vec::with_capacity(curves.len()));
     for (part, table, work) in parts {
@@ -252,15 +258,15 @@ pub fn intersect(a: &[DVec4], b: &[DVec4], resolution: f64) -> Option<Intersecti
 
 /// The arcs of active curves, counted through.
 struct Active<'a> {
-    arcs: &'a Arcs,
+    arcs: CurveArcs<'a>,
     /// Each active curve, and how many arcs those before it have.
     curves: Vec<(usize, usize)>,
 }
 
 impl<'a> Active<'a> {
-    fn new(curves: &[SurfaceCurve], arcs: &'a Arcs) -> Self {
+    fn new(arcs: CurveArcs<'a>) -> Self {
         let mut before = 0;
-        let active = (0..curves.len()).filter(|&k| curves[k].active).map(|curve| {
+        let active = (0..arcs.curves.len()).filter(|&k| arcs.curves[k].active).map(|curve| {
             let here = before;
             before += arcs.count(curve);
             (curve, here)
@@ -272,17 +278,16 @@ impl<'a> Active<'a> {
         self.curves.iter().flat_map(|&(curve, _)| self.arcs.of(curve))
     }
 
-    fn get(&self, k: usize) -> Option<Arc> {
+    fn get(&self, k: usize, recent: &mut Recent) -> Option<Arc> {
         let last = self.curves.partition_point(|&(_, before)| before <= k).checked_sub(1)?;
         let (curve, before) = *self.curves.get(last)?;
-        self.arcs.arc(curve, k - before)
+        recent.arc(self.arcs, (curve, k - before), k)
     }
 }
 
 /// Everything that curves are split by.
 struct Splitter<'a> {
-    curves: &'a [SurfaceCurve],
-    arcs: &'a Arcs,
+    arcs: CurveArcs<'a>,
     /// The arcs of active curves, and where they are.
     active: Active<'a>,
     grid: Grid,
@@ -292,8 +297,9 @@ struct Splitter<'a> {
 }
 
 impl Splitter<'_> {
-    fn split(&self, index: usize, table: &LengthTable) -> (Vec<Piece>, ArrangeStats) {
-        let Self { curves, arcs, .. } = *self;
+    fn split(&self, index: usize, table: &LengthTable, recent: &mut Recent) -> (Vec<Piece>, ArrangeStats) {
+        let arcs = self.arcs;
+        let curves = arcs.curves;
         let Tolerance { resolution, contact } = self.tolerance;
         let curve = &curves[index];
         let mut stats = ArrangeStats::default();
@@ -307,7 +313,7 @@ impl Splitter<'_> {
             let margin = DVec2::splat(resolution);
             self.grid.near(arc.lo - margin, arc.hi + margin, &mut near);
             for &k in &near {
-                let Some(other) = &self.active.get(k as usize) else { continue };
+                let Some(other) = &self.active.get(k as usize, recent) else { continue };
                 // Arcs of one curve that follow one another meet at their joint only, the curve being smooth there; unless it
                 // runs along the sight line there and comes back beside itself.
                 let follows = other.curve == index && other.t[0] <= arc.t[1] && arc.t[0] <= other.t[1];
@@ -380,7 +386,7 @@ impl Splitter<'_> {
     /// ends, and it crosses that by no more than the sides of the edge are apart: of an edge whose sides are not quite the
     /// same curve one is drawn, and what ends at another reaches over that, or falls short of it.
     fn end_at(&self, index: usize, table: &LengthTable, (arc, a): (&Arc, f64), (other, b): (&Arc, f64)) -> Option<f64> {
-        let (curve, edge) = (&self.curves[index], &self.curves[other.curve]);
+        let (curve, edge) = (&self.arcs.curves[index], &self.arcs.curves[other.curve]);
         if edge.gap == 0.0 || !edge.surfaces.iter().any(|s| curve.surfaces.contains(s)) {
             return None;
         }
@@ -393,7 +399,11 @@ impl Splitter<'_> {
         let (end, joint, gap) = if 2.0 * l <= table.total() {
             (curve.domain[0], self.arcs.of(index).next()?.jet(0.0).0, l)
         } else {
-            (curve.domain[1], self.arcs.of(index).next_back()?.jet(1.0).0, table.total() - l)
+            (
+                curve.domain[1],
+                self.arcs.arc(index, self.arcs.count(index).checked_sub(1)?)?.jet(1.0).0,
+                table.total() - l,
+            )
         };
         if gap > reach {
             return None;
@@ -412,7 +422,7 @@ impl Splitter<'_> {
     /// branch of the silhouette may run as near on the screen, but that one is nearer to the eye, or farther.
     fn own_contact(&self, (index, table): (usize, &LengthTable), other: usize, t: [f64; 2]) -> bool {
         let Tolerance { resolution, contact } = self.tolerance;
-        let (c, silhouette) = (&self.curves[index], &self.curves[other]);
+        let (c, silhouette) = (&self.arcs.curves[index], &self.arcs.curves[other]);
         let traced = |c: &SurfaceCurve| matches!(c.path, Path::Traced(_));
         if traced(c) || !traced(silhouette) || !c.surfaces.contains(&silhouette.surface) {
             return false;

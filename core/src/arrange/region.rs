@@ -162,8 +162,8 @@ pub(super) fn boundary_curve(line: Line, domain: [f64; 2]) -> SurfaceCurve {
 
 /// Whether a boundary of isoparametric lines meets itself on the screen only where it does so in space.
 pub(super) fn is_simple(g: &Geometry<'_>, boundary: &[SurfaceCurve], tolerance: Tolerance) -> bool {
-    let arcs = Arcs::new(boundary, g, tolerance.resolution, Stop::NEVER);
-    let arcs: Vec<Arc> = arcs.iter().collect();
+    let arcs = Arcs::new(boundary, g, tolerance.resolution, true, Stop::NEVER);
+    let arcs: Vec<Arc> = arcs.with(boundary, *g).iter().collect();
     let grid = Grid::new(arcs.iter().map(|a| (a.lo, a.hi)));
     let (mut near, mut found, mut work) = (Vec::new(), Vec::new(), Work::default());
     for (k, first) in arcs.iter().enumerate() {

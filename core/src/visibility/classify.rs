@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::propagate::propagate;
 use super::{Certainty, Cracks, Exclusion, Occluders, RayScratch};
-use crate::arrange::{Arcs, Arrangement, LengthTable, Piece};
+use crate::arrange::{Arrangement, CurveArcs, LengthTable, Piece};
 use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
@@ -65,15 +65,13 @@ impl Outermost {
     /// Those of a picture of this size, in the fixed directions in which there is one such place; none if pieces are asked for by
     /// rays alone. Cost: linear in the number of arcs.
     #[must_use]
-    pub fn new(curves: &[SurfaceCurve], arcs: &Arcs, size: f64, options: &ClassifyOptions) -> Self {
+    pub fn new(arcs: CurveArcs<'_>, size: f64, options: &ClassifyOptions) -> Self {
         if options.method == Method::Rays {
             return Self::default();
         }
-        let place = |angle: f64| {
-            let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
-            arcs.outermost(curves, direction, options.margin(), OUTLYING * size)
-        };
-        Self(DIRECTIONS.into_iter().filter_map(place).collect())
+        let directions = DIRECTIONS.map(|angle| DVec2::new(libm::cos(angle), libm::sin(angle)));
+        let places = arcs.outermost(directions, options.margin(), OUTLYING * size);
+        Self(places.into_iter().flatten().collect())
     }
 }
 

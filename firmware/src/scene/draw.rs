@@ -94,7 +94,8 @@ pub fn draw(
         drawn = pen;
         let styles = Styles::new(looks.iter().map(|look| look.style).collect());
         let camera = sight.camera().map_err(SceneError::from)?;
-        let prepared = Prepared::styled(&scene, &camera, &DrawOptions { cells, ..options }, styles, &until)?;
+        let prepared =
+            Prepared::styled(&scene, &camera, &DrawOptions { cells, keep_arcs: false, ..options }, styles, &until)?;
         let is_last = pens().max() == Some(pen);
         drop(scene);
         prepared.trace_each(tolerance, &until, &mut |stroke| {
