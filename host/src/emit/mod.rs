@@ -1,5 +1,7 @@
 //! Files from drawings. Every emitter is a pure function of the drawing, and of the plotter where the language has one.
 
+mod arc;
+mod fit;
 mod gcode;
 mod grid;
 mod hpgl;
