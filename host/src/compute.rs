@@ -44,7 +44,12 @@ pub struct Loaded<'a> {
     reach: Option<Window>,
     /// What is asked of the path of the pen.
     path: PathChoice,
+    /// Whether arcs are to be fitted to what is drawn.
+    curved: bool,
 }
+
+/// Part of the chord error that polylines take where arcs are fitted to them.
+const CURVED_PART: f64 = 0.25;
 
 impl Loaded<'_> {
     /// With a part of the page that the plotters reach, to which a picture that is cut off at the margins is cut too.
@@ -57,6 +62,12 @@ impl Loaded<'_> {
     #[must_use]
     pub fn along(self, path: PathChoice) -> Self {
         Self { path, ..self }
+    }
+
+    /// Drawn so finely that arcs can be fitted to it.
+    #[must_use]
+    pub fn curved(self, curved: bool) -> Self {
+        Self { curved, ..self }
     }
 
     /// The sheet.
@@ -97,7 +108,17 @@ pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<L
     let model = read(&options.models, options.crease_angle, options.time_limit, progress)?;
     let settled = Settled::new(options, &model)?;
     let read = started.elapsed().as_secs_f64();
-    Ok(Loaded { options, progress, started, read, model, settled, reach: None, path: PathChoice::default() })
+    Ok(Loaded {
+        options,
+        progress,
+        started,
+        read,
+        model,
+        settled,
+        reach: None,
+        path: PathChoice::default(),
+        curved: false,
+    })
 }
 
 /// Reads models, with this crease angle in radians if one is asked for.
@@ -147,12 +168,15 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
 /// If the view does not exist or does not see all of the model, the picture cannot be scaled, or Ctrl-C or the time limit
 /// ends it.
 pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
-    let (options, progress, path) = (loaded.options, loaded.progress, loaded.path);
+    let (options, progress, path, curved) = (loaded.options, loaded.progress, loaded.path, loaded.curved);
     let Placed { scene: Scene { name, .. }, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
-    let tolerance = layout.to_screen_length(settled.chord_mm());
+    // Where arcs follow the vertices, the polylines are to be near the curves themselves, and the arcs take the rest.
+    let traced_mm = if curved { CURVED_PART * settled.tolerance_mm } else { settled.chord_mm() };
+    let slack_mm = if curved { settled.tolerance_mm - traced_mm } else { 0.0 };
+    let tolerance = layout.to_screen_length(traced_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let mut seconds = watch.finish();
 
@@ -162,13 +186,17 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
     let mut path = path.settle(&polylines, &settled.pens, settled.tolerance_mm);
     path.joining.hidden = !settled.inks.have_dashes();
+    if curved {
+        // Arcs and lines leave vertices out by themselves.
+        path.joining.chord_mm = 0.0;
+    }
     path.hatched_mm = settled.adaptive.map(|_| options.pen_width_mm);
     let polylines = path.through(polylines, &interrupt::is_wanted);
     if interrupt::is_wanted() {
         return Err(Error::Interrupted { doing: "ordering strokes".into() });
     }
     seconds.page = started.elapsed().as_secs_f64();
-    let drawing = Drawing { name, page: settled.page, isos: settled.isos, pens: settled.pens, polylines };
+    let drawing = Drawing { name, page: settled.page, isos: settled.isos, pens: settled.pens, slack_mm, polylines };
     Ok(Computed { drawing, view, stats: traced.stats, seconds, notes: Vec::new() })
 }
 

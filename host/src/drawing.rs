@@ -79,6 +79,8 @@ pub struct Drawing {
     pub isos: u32,
     /// The pens that draw it.
     pub pens: Pens,
+    /// How much farther from the curves the ink may be than its polylines are, mm: what these leave of the chord error.
+    pub slack_mm: f64,
     /// In drawing order. Hidden ones are here only when they are wanted on the paper.
     pub polylines: Vec<Polyline>,
 }

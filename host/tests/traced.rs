@@ -91,7 +91,7 @@ proptest! {
             let pens = if device.language.gcode().is_some() { 2 } else { device.pens };
             let polylines = lines.iter().map(|(pen, page)| polyline(((*pen).min(pens), page.clone()))).collect();
             let page = Page { width_mm: 297.0, height_mm: 210.0 };
-            let drawing = Drawing { name: "t".into(), page, isos: 0, pens: Pens::default(), polylines };
+            let drawing = Drawing { name: "t".into(), page, isos: 0, pens: Pens::default(), slack_mm: 0.0, polylines };
             let (text, unit_mm) = match &device.language {
                 Language::Hpgl(language) => (emit::hpgl(&drawing, &device).unwrap(), language.unit_mm),
                 _ => (emit::gcode(&drawing, &device).unwrap(), GRID_MM),

@@ -323,5 +323,12 @@ fn drawing() -> Drawing {
         page,
     });
     let page = Page { width_mm: 297.0, height_mm: 210.0 };
-    Drawing { name: "faults".into(), page, isos: 0, pens: Pens::default(), polylines: polylines.collect() }
+    Drawing {
+        name: "faults".into(),
+        page,
+        isos: 0,
+        pens: Pens::default(),
+        slack_mm: 0.0,
+        polylines: polylines.collect(),
+    }
 }

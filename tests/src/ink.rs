@@ -137,6 +137,7 @@ mod tests {
             page,
             isos: 0,
             pens: Pens::default(),
+            slack_mm: 0.0,
             polylines: lines.iter().map(line).collect(),
         }
     }

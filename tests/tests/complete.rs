@@ -36,7 +36,7 @@ fn picture(name: &str, view: &View, wanted: &DrawOptions) -> Picture {
     let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
     let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, 1);
-    let drawing = Drawing { name: name.into(), page, isos: 0, pens: Pens::default(), polylines };
+    let drawing = Drawing { name: name.into(), page, isos: 0, pens: Pens::default(), slack_mm: 0.0, polylines };
     Picture { prepared, layout, ink: Ink::new(&drawing) }
 }
 

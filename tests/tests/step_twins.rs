@@ -64,7 +64,7 @@ fn drawn(prepared: &Prepared, layout: &Layout) -> Drawing {
     let (page, _) = options(&["-"]).sheet.settle().expect("a sheet");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
     let polylines = lay_out(&traced.strokes, layout, &Inks::default(), Depths::Together, 1);
-    Drawing { name: String::new(), page, isos: 0, pens: Pens::default(), polylines }
+    Drawing { name: String::new(), page, isos: 0, pens: Pens::default(), slack_mm: 0.0, polylines }
 }
 
 /// The farthest point of a drawing, looked at every few tenths of a millimetre, from the ink of another.

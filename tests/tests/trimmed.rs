@@ -62,7 +62,8 @@ fn complete(scene: &Scene, model: &Model, view: &View) {
     let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");
     let traced = prepared.trace(layout.to_screen_length(TOLERANCE), &()).expect("nothing stops it");
     let polylines = lay_out(&traced.strokes, &layout, &Inks::default(), Depths::Together, 1);
-    let ink = Ink::new(&Drawing { name: scene.name.clone(), page, isos: 0, pens: Pens::default(), polylines });
+    let ink =
+        Ink::new(&Drawing { name: scene.name.clone(), page, isos: 0, pens: Pens::default(), slack_mm: 0.0, polylines });
     let outline = Oracle::seen(scene, model, view).visible_outline();
     assert!(outline.len() > 100, "{view:?}: {} places", outline.len());
     for (at, error) in outline {

@@ -42,7 +42,8 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
             options.check_page(loaded.page())?;
             options.check_files(loaded.files())?;
             let reach = options.reach(loaded.page());
-            compute(loaded.reaching(reach).along(path))?
+            let curved = options.outputs.iter().any(|o| o.format == Format::Gcode);
+            compute(loaded.reaching(reach).curved(curved).along(path))?
         }
     };
 

@@ -35,6 +35,20 @@ impl Dialect {
         }
     }
 
+    /// How far the chords by which the controller draws lie inside an arc of `radius` mm, mm, at most: GRBL's arc tolerance as it is
+    /// shipped ($12), and for Marlin 72 chords a turn that are 0.1 to 1 mm long (MIN_CIRCLE_SEGMENTS, MIN_ARC_SEGMENT_MM and MAX_ARC_SEGMENT_MM
+    /// of its Configuration_adv.h).
+    #[must_use]
+    pub fn inside_of_arc(self, radius: f64) -> f64 {
+        match self {
+            Self::Marlin => {
+                let chord = (radius * std::f64::consts::TAU / 72.0).clamp(0.1, 1.0).min(2.0 * radius);
+                radius - (radius * radius - chord * chord / 4.0).max(0.0).sqrt()
+            }
+            _ => 0.002,
+        }
+    }
+
     /// The line that waits for so many seconds: `G4 P` counts seconds, and milliseconds on Marlin.
     #[must_use]
     pub fn dwell(self, seconds: f64) -> String {

@@ -102,7 +102,7 @@ pub fn read(source: &mut Source) -> Result<(Drawing, Option<View>), ReadError> {
         .map(|(index, json)| polyline(json).map_err(|problem| Fault::at(format!("polylines[{index}]"), problem)))
         .collect::<Result<_, Fault>>()?;
     let pens = Pens::new(BTreeMap::new(), crate::pens::DEFAULT_WIDTH_MM);
-    Ok((Drawing { name: file.name.unwrap_or(stem), page, isos: file.isos, pens, polylines }, view))
+    Ok((Drawing { name: file.name.unwrap_or(stem), page, isos: file.isos, pens, slack_mm: 0.0, polylines }, view))
 }
 
 /// A polyline, checked.

@@ -3,6 +3,8 @@
 use glam::DVec2;
 
 use super::EmitError;
+use super::arc::Arc;
+use super::fit::{Allowed, Piece, pieces};
 use super::grid::{Run, runs};
 use super::number::{decimal, fixed};
 use crate::device::{Device, Dialect, Gcode};
@@ -42,7 +44,7 @@ pub fn gcode(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
                 writer.line(&device.fill(line, pen))?;
             }
         }
-        writer.run(&run, drawing.pens.draw_feed(run.pen, device.draw_feed))?;
+        writer.run(&run, drawing.slack_mm, drawing.pens.draw_feed(run.pen, device.draw_feed))?;
     }
     writer.travel("X0 Y0")?;
     for line in &language.end {
@@ -81,14 +83,26 @@ impl Writer<'_> {
         }
     }
 
-    fn run(&mut self, run: &Run, feed: f64) -> Result<(), EmitError> {
-        let Some((first, rest)) = run.points.split_first() else { return Ok(()) };
+    fn run(&mut self, run: &Run, slack_mm: f64, feed: f64) -> Result<(), EmitError> {
+        let Some(first) = run.points.first() else { return Ok(()) };
+        let inside = |radius: f64| self.language.dialect.inside_of_arc(radius);
+        // The polylines have been drawn with a quarter of the chord error, the rest is three times as much.
+        let inside: &dyn Fn(f64) -> f64 = &inside;
+        let allowed = Allowed { slack_mm, chord_mm: slack_mm / 3.0, inside: (slack_mm > 0.0).then_some(inside) };
+        let pieces = pieces(&run.points, &run.exact, &allowed);
         self.travel(&coordinates(*first))?;
         self.lines(self.language.pen_down())?;
-        for (k, point) in rest.iter().enumerate() {
+        for (k, piece) in pieces.iter().enumerate() {
             // The feed is modal; a pen on the Z axis, or a Marlin's travel, has changed it.
             let feed = if k == 0 { format!(" F{}", decimal(feed, 1)) } else { String::new() };
-            self.line(&format!("G1 {}{feed}", coordinates(*point)))?;
+            let piece = match piece {
+                Piece::Line(to) => format!("G1 {}", coordinates(*to)),
+                Piece::Arc(Arc { end, centre: [i, j], clockwise, .. }) => {
+                    let (word, [i, j]) = (if *clockwise { "G2" } else { "G3" }, [*i, *j].map(|c| fixed(c, DECIMALS)));
+                    format!("{word} {} I{i} J{j}", coordinates(*end))
+                }
+            };
+            self.line(&format!("{piece}{feed}"))?;
         }
         self.lines(self.language.pen_up())
     }

@@ -5,7 +5,7 @@ use glam::DVec2;
 use crate::drawing::Drawing;
 
 /// What the pen draws without being lifted, in whole steps of a grid.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Pen number, from 1.
     pub pen: u32,
@@ -13,6 +13,8 @@ pub struct Run {
     pub polyline: usize,
     /// Vertices, neighbours different. A single one is a dot.
     pub points: Vec<[i64; 2]>,
+    /// The same vertices before they were rounded, mm.
+    pub exact: Vec<DVec2>,
 }
 
 /// The runs of a drawing on a grid of `unit_mm`, in drawing order: vertices that fall on their predecessor are dropped, and
@@ -23,19 +25,23 @@ pub struct Run {
 pub fn runs(drawing: &Drawing, unit_mm: f64, place: impl Fn(DVec2) -> DVec2) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for (index, polyline) in drawing.polylines.iter().enumerate() {
-        let mut points = polyline.page.iter().map(|p| {
-            let at = (place(*p) / unit_mm).round();
+        let mut vertices = polyline.page.iter().map(|p| {
+            let exact = place(*p);
+            let at = (exact / unit_mm).round();
             // A cast saturates, and makes 0 of what is not a number.
-            [at.x as i64, at.y as i64]
+            ([at.x as i64, at.y as i64], exact)
         });
-        let Some(first) = points.next() else { continue };
+        let Some((first, exact)) = vertices.next() else { continue };
         match runs.last() {
             Some(run) if run.pen == polyline.pen && run.points.last() == Some(&first) => {}
-            _ => runs.push(Run { pen: polyline.pen, polyline: index, points: vec![first] }),
+            _ => runs.push(Run { pen: polyline.pen, polyline: index, points: vec![first], exact: vec![exact] }),
         }
-        if let Some(run) = runs.last_mut() {
-            run.points.extend(points);
-            run.points.dedup();
+        let Some(run) = runs.last_mut() else { continue };
+        for (point, exact) in vertices {
+            if run.points.last() != Some(&point) {
+                run.points.push(point);
+                run.exact.push(exact);
+            }
         }
     }
     runs
@@ -56,12 +62,11 @@ mod tests {
             polyline(Iso, 2, &[[9.0, 9.0], [9.1, 9.1]]),
         ];
         let found = runs(&drawing(10.0, 10.0, lines), 1.0, |p| p);
+        let found: Vec<_> = found.into_iter().map(|run| (run.pen, run.polyline, run.points, run.exact)).collect();
+        let exact = [[0.0, 0.0], [0.6, 0.0], [5.0, 5.0], [9.0, 9.0]].map(DVec2::from).to_vec();
         assert_eq!(
             found,
-            [
-                Run { pen: 1, polyline: 0, points: vec![[0, 0], [1, 0], [5, 5], [9, 9]] },
-                Run { pen: 2, polyline: 2, points: vec![[9, 9]] }
-            ]
+            [(1, 0, vec![[0, 0], [1, 0], [5, 5], [9, 9]], exact), (2, 2, vec![[9, 9]], vec![DVec2::splat(9.0)])]
         );
     }
 }

@@ -179,7 +179,14 @@ pub(crate) mod tests {
 
     /// A drawing on a sheet.
     pub(crate) fn drawing(width_mm: f64, height_mm: f64, polylines: Vec<Polyline>) -> Drawing {
-        Drawing { name: "t".into(), page: Page { width_mm, height_mm }, isos: 0, pens: Pens::default(), polylines }
+        Drawing {
+            name: "t".into(),
+            page: Page { width_mm, height_mm },
+            isos: 0,
+            pens: Pens::default(),
+            slack_mm: 0.0,
+            polylines,
+        }
     }
 
     #[test]

@@ -76,6 +76,6 @@ impl Recording {
             Polyline::stroke(LAYER, trace.pen, page)
         });
         let polylines = polylines.collect();
-        Drawing { name: name.to_owned(), page, isos: 0, pens: Pens::default(), polylines }
+        Drawing { name: name.to_owned(), page, isos: 0, pens: Pens::default(), slack_mm: 0.0, polylines }
     }
 }
