@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use crate::options::Arcs;
+
 /// Arguments of `penvis draw`.
 #[derive(Clone, Debug, Args)]
 pub struct DrawArgs {
@@ -152,4 +154,8 @@ pub struct PathArgs {
     /// Decides where the search tries something else; each number gives another order, about as good
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     pub order_seed: u64,
+    /// Write curves as arcs, G2 and G3, where the plotter takes them: off, auto (in files, and on the line to Marlin, which has checksums), or on (on
+    /// the line to GRBL too, where a byte that is changed may draw another arc unnoticed)
+    #[arg(long, value_name = "WHEN", value_enum, default_value_t = Arcs::Auto, hide_possible_values = true)]
+    pub arcs: Arcs,
 }

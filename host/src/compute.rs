@@ -7,6 +7,7 @@ use penvis_core::pipeline::{self, Monitor, PictureError, Prepared, Stage};
 use penvis_core::scene::Scene;
 
 use crate::drawing::{Drawing, Page};
+use crate::emit::SLACK_PART;
 use crate::error::Error;
 use crate::interrupt;
 use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
@@ -47,9 +48,6 @@ pub struct Loaded<'a> {
     /// Whether arcs are to be fitted to what is drawn.
     curved: bool,
 }
-
-/// Part of the chord error that polylines take where arcs are fitted to them.
-const CURVED_PART: f64 = 0.25;
 
 impl Loaded<'_> {
     /// With a part of the page that the plotters reach, to which a picture that is cut off at the margins is cut too.
@@ -174,8 +172,8 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
     // Where arcs follow the vertices, the polylines are to be near the curves themselves, and the arcs take the rest.
-    let traced_mm = if curved { CURVED_PART * settled.tolerance_mm } else { settled.chord_mm() };
-    let slack_mm = if curved { settled.tolerance_mm - traced_mm } else { 0.0 };
+    let slack_mm = if curved { settled.tolerance_mm * SLACK_PART } else { 0.0 };
+    let traced_mm = if curved { settled.tolerance_mm - slack_mm } else { settled.chord_mm() };
     let tolerance = layout.to_screen_length(traced_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let mut seconds = watch.finish();

@@ -4,6 +4,7 @@ mod file;
 mod flatten;
 pub mod json;
 pub mod svg;
+pub(crate) mod thin;
 
 pub use file::{DrawingFormat, Found, Reading};
 

@@ -66,7 +66,7 @@ impl Estimate {
             }
             held = Some(run.pen);
             let feed = drawing.pens.draw_feed(run.pen, device.draw_feed);
-            time(&mut timer, index, run, at, feed, device);
+            time(&mut timer, index, (run, drawing.slack_mm), at, feed, device);
             let place = estimate.place(&drawing.polylines[run.polyline].layer, run.pen);
             places.push((index, place));
             let layer = &mut estimate.layers[place];
@@ -131,7 +131,7 @@ pub fn travel_time(device: &Device) -> Measure {
 }
 
 /// Follows the pen from `at` through a stroke and up from it.
-fn time(timer: &mut Timer, index: usize, run: &Run, at: [i64; 2], feed: f64, device: &Device) {
+fn time(timer: &mut Timer, index: usize, (run, slack_mm): (&Run, f64), at: [i64; 2], feed: f64, device: &Device) {
     let Some((first, rest)) = run.points.split_first() else { return };
     let travel = way(at, *first).extend(0.0);
     match &device.language {
@@ -146,10 +146,10 @@ fn time(timer: &mut Timer, index: usize, run: &Run, at: [i64; 2], feed: f64, dev
             let [raise_s, lower_s] = lift_seconds(&gcode.pen, device.acceleration);
             lines(timer, gcode.pen_down(), lower_s);
             let mut from = *first;
-            for point in rest {
-                timer.piece(index, line_bytes(*point));
-                timer.go(way(from, *point).extend(0.0), Some(feed));
-                from = *point;
+            for piece in emit::moves(run, slack_mm, gcode) {
+                timer.piece(index, piece.text().len());
+                piece.ways(from, gcode).iter().for_each(|way| timer.go(way.extend(0.0), Some(feed)));
+                from = piece.end();
             }
             lines(timer, gcode.pen_up(), raise_s);
         }

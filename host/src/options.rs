@@ -1,5 +1,6 @@
 //! The command line, checked: what it means, and what the defaults are.
 
+mod arcs;
 mod order;
 mod paper;
 
@@ -7,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+pub use arcs::Arcs;
 pub use order::{OrderBy, OrderOptions};
 
 use glam::DVec3;

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::args::DrawArgs;
-use crate::compute::{Computed, compute, load, summary};
+use crate::compute::{compute, load, summary};
+use crate::drawing::Drawing;
 use crate::emit::{self, EmitError, Format};
 use crate::error::Error;
 use crate::interrupt;
+use crate::model::View;
 use crate::options::{DrawOptions, Output};
 use crate::output;
 use crate::progress::Progress;
@@ -42,7 +44,8 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
             options.check_page(loaded.page())?;
             options.check_files(loaded.files())?;
             let reach = options.reach(loaded.page());
-            let curved = options.outputs.iter().any(|o| o.format == Format::Gcode);
+            let curved =
+                options.outputs.iter().any(|o| o.format == Format::Gcode) && options.order.arcs.in_file(&options.gcode);
             compute(loaded.reaching(reach).curved(curved).along(path))?
         }
     };
@@ -50,12 +53,17 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     progress.stage("writing");
     let emitting = Instant::now();
     let mut files = Vec::with_capacity(options.outputs.len() + 1);
+    // Only arcs have a use for vertices that are as near to each other as theirs.
+    let thinned = computed.drawing.thinned();
+    let drawn = |gcode: bool| if gcode { &computed.drawing } else { thinned.as_ref() };
     for output in &options.outputs {
-        files.push((output.path.clone(), emit(output, &computed, &options)?));
+        let drawing = drawn(output.format == Format::Gcode);
+        files.push((output.path.clone(), emit(output, drawing, &computed.view, &options)?));
     }
     computed.seconds.emit = emitting.elapsed().as_secs_f64();
     computed.seconds.total = started.elapsed().as_secs_f64();
-    let stats = Stats::new(&computed.stats, computed.seconds, &computed.drawing, &options.estimated);
+    let drawing = drawn(options.estimated.language.gcode().is_some());
+    let stats = Stats::new(&computed.stats, computed.seconds, drawing, &options.estimated);
     if let Some(path) = &options.stats {
         let text = stats.json().map_err(|source| Error::Json { path: path.clone(), source })?;
         files.push((path.clone(), text.into_bytes()));
@@ -107,16 +115,15 @@ fn command_line() -> String {
 }
 
 /// The bytes of one output.
-fn emit(output: &Output, computed: &Computed, options: &DrawOptions) -> Result<Vec<u8>, Error> {
+fn emit(output: &Output, drawing: &Drawing, view: &View, options: &DrawOptions) -> Result<Vec<u8>, Error> {
     let path = || -> PathBuf { output.path.clone() };
-    let drawing = &computed.drawing;
     let made: Result<Vec<u8>, EmitError> = match output.format {
         Format::Svg => Ok(emit::svg(drawing, Some(&command_line())).into_bytes()),
         Format::Gcode => emit::gcode(drawing, &options.gcode).map(String::into_bytes),
         Format::Hpgl => emit::hpgl(drawing, &options.hpgl).map(String::into_bytes),
         Format::Png => emit::png(drawing, options.show_travel),
         Format::Json => {
-            let text = emit::json(drawing, &computed.view).map_err(|source| Error::Json { path: path(), source })?;
+            let text = emit::json(drawing, view).map_err(|source| Error::Json { path: path(), source })?;
             Ok(text.into_bytes())
         }
     };

@@ -389,7 +389,8 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let redraw = Redraw::new(&args.jobs, &args.drawing)?;
     let drawing_args = redraw.as_ref().map_or(&args.drawing, Redraw::args);
     let options = DrawingOptions::new(&args.jobs, drawing_args).map_err(Error::from)?;
-    let path = OrderOptions::new(&args.path).map_err(Error::from)?.path(device);
+    let order = OrderOptions::new(&args.path).map_err(Error::from)?;
+    let path = order.path(device);
     // Said before the drawing is computed rather than after it.
     if let Some(page) = options.stated_page() {
         device.place(page).map_err(PlotError::Place)?;
@@ -401,7 +402,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
         None => {
             let loaded = load(&options, &progress)?;
             let reach = reach(loaded.page())?;
-            compute(loaded.reaching(reach).along(path))?
+            compute(loaded.reaching(reach).curved(order.arcs.on_line(device)).along(path))?
         }
     };
     drop(progress);

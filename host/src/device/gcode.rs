@@ -119,6 +119,8 @@ pub struct Gcode {
     pub rx_bytes: usize,
     /// Lines that the controller holds before it carries them out, when it does not tell: `BUFSIZE` of Marlin. GRBL counts bytes only.
     pub buffer_lines: usize,
+    /// Whether it draws arcs (G2 and G3 with I and J).
+    pub arcs: bool,
     /// Lines that home the machine; none where it has no switches.
     pub home: Vec<String>,
     /// Lines before the drawing.
@@ -214,6 +216,7 @@ pub(super) struct RawGcode {
     line_limit: usize,
     rx_bytes: usize,
     buffer_lines: Option<usize>,
+    arcs: Option<bool>,
     #[serde(default)]
     home: Vec<String>,
     start: Vec<String>,
@@ -372,6 +375,8 @@ impl RawGcode {
             line_limit: self.line_limit,
             rx_bytes: self.rx_bytes,
             buffer_lines,
+            // All of these controllers do, unless they are built without.
+            arcs: self.arcs.unwrap_or(true),
             home: self.home,
             start: self.start,
             end: self.end,

@@ -13,7 +13,7 @@ const SHORTEST_MM: f64 = 0.05;
 
 /// An arc of less than half a turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Arc {
+pub(crate) struct Arc {
     pub(super) start: [i64; 2],
     pub(super) end: [i64; 2],
     /// From the start: I and J.
@@ -60,6 +60,20 @@ impl Arc {
     /// 1 counter-clockwise, −1 clockwise.
     pub(super) fn turn(&self) -> f64 {
         if self.clockwise { -1.0 } else { 1.0 }
+    }
+
+    /// The chords of equal lengths, as ways in mm, that lie no more than `inside` mm inside of it.
+    pub(super) fn ways(&self, inside: f64) -> Vec<DVec2> {
+        let (middle, [radius, _]) = (self.middle(), self.radii());
+        let (from, to) = (mm(self.start) - middle, mm(self.end) - middle);
+        let sweep = from.angle_to(to);
+        let step = 2.0 * (1.0 - inside / radius).clamp(0.0, 1.0).acos();
+        // Of less than half a turn, and of a radius of a metre at most.
+        let count = (sweep.abs() / step).ceil().clamp(1.0, 1e4) as u32;
+        let share = |k: u32| f64::from(k) / f64::from(count);
+        // The radii at both ends differ by the rounding of the centre.
+        let at = |k: u32| if k == count { to } else { DVec2::from_angle(sweep * share(k)).rotate(from) };
+        (0..count).map(|k| at(k + 1) - at(k)).collect()
     }
 
     /// Direction in which it arrives at its end.

@@ -6,7 +6,17 @@
 
 use glam::DVec2;
 
+use super::Run;
 use super::arc::{Arc, GRID_MM, biarc, deviation, mm};
+use super::number::fixed;
+use crate::device::Gcode;
+use crate::drawing::thin::{farthest, follows};
+
+/// Decimals of coordinates in mm. GRBL reports with three, and a step is coarser.
+pub(super) const DECIMALS: usize = 3;
+
+/// Part of the chord error that is left where polylines are to become arcs; they have been traced with the rest.
+pub(crate) const SLACK_PART: f64 = 0.75;
 
 /// Straight moves that are written with about as many bytes as a biarc, which has four words more.
 const LINES_OF_BIARC: usize = 3;
@@ -20,11 +30,53 @@ const TURN_OF_RISE: f64 = 5.196_152_422_706_632;
 
 /// A move with the pen down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Piece {
+pub(crate) enum Piece {
     /// To there.
     Line([i64; 2]),
     /// Along an arc.
     Arc(Arc),
+}
+
+impl Piece {
+    /// It as a line of G-code without a feed.
+    pub(crate) fn text(&self) -> String {
+        let to = |[x, y]: [i64; 2]| format!("X{} Y{}", fixed(x, DECIMALS), fixed(y, DECIMALS));
+        match self {
+            Self::Line(end) => format!("G1 {}", to(*end)),
+            Self::Arc(Arc { end, centre: [i, j], clockwise, .. }) => {
+                let word = if *clockwise { "G2" } else { "G3" };
+                format!("{word} {} I{} J{}", to(*end), fixed(*i, DECIMALS), fixed(*j, DECIMALS))
+            }
+        }
+    }
+
+    /// Where it ends.
+    pub(crate) fn end(&self) -> [i64; 2] {
+        match self {
+            Self::Line(end) | Self::Arc(Arc { end, .. }) => *end,
+        }
+    }
+
+    /// The straight ways, in mm, by which the controller goes along it from `start`.
+    pub(crate) fn ways(&self, start: [i64; 2], gcode: &Gcode) -> Vec<DVec2> {
+        match self {
+            Self::Line(end) => vec![mm(*end) - mm(start)],
+            Self::Arc(arc) => arc.ways(gcode.dialect.inside_of_arc(arc.radii()[0])),
+        }
+    }
+}
+
+/// The moves by which a device draws a run that may be `slack_mm` farther from its curves than its vertices and their chords are: lines, and arcs where
+/// the device takes them. The run is on the grid of [`GRID_MM`].
+pub(crate) fn moves(run: &Run, slack_mm: f64, gcode: &Gcode) -> Vec<Piece> {
+    let inside = |radius: f64| gcode.dialect.inside_of_arc(radius);
+    let inside: &dyn Fn(f64) -> f64 = &inside;
+    let allowed = Allowed {
+        slack_mm,
+        chord_mm: slack_mm * (1.0 - SLACK_PART) / SLACK_PART,
+        inside: (gcode.arcs && slack_mm > 0.0).then_some(inside),
+    };
+    pieces(&run.points, &run.exact, &allowed)
 }
 
 /// What a fit may do.
@@ -45,9 +97,9 @@ pub(super) fn pieces(points: &[[i64; 2]], exact: &[DVec2], allowed: &Allowed<'_>
     let mut pieces = Vec::new();
     let mut from = 0;
     while from + 1 < points.len() {
-        let line = fit.farthest(from, points.len() - 1, |to| fit.is_line(from, to).then_some(()));
+        let line = farthest(from, points.len() - 1, |to| fit.is_line(from, to).then_some(()));
         let corner = (from + 1..points.len()).find(|k| fit.tangents[*k].is_corner()).unwrap_or(points.len() - 1);
-        let curve = allowed.inside.and_then(|inside| fit.farthest(from, corner, |to| fit.curve(from, to, inside)));
+        let curve = allowed.inside.and_then(|inside| farthest(from, corner, |to| fit.curve(from, to, inside)));
         let next = match curve {
             Some((to, Curve::One(arc))) if !fit.lines_reach(from, to, LINES_OF_ARC) => {
                 pieces.push(Piece::Arc(arc));
@@ -94,75 +146,21 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// The last vertex up to `last` to which `one` leads, as far as doubling and halving the number of vertices finds it.
-    fn farthest<T>(&self, from: usize, last: usize, one: impl Fn(usize) -> Option<T>) -> Option<(usize, T)> {
-        let mut found = None;
-        let (mut good, mut step) = (from, 1);
-        let mut bad = last + 1;
-        while good < last {
-            let to = (good + step).min(last);
-            match one(to) {
-                Some(value) => {
-                    found = Some((to, value));
-                    good = to;
-                    step *= 2;
-                }
-                // Two chords are the least that an arc is for.
-                None if step == 1 && good == from => {
-                    step = 2;
-                    if from + 2 > last {
-                        return found;
-                    }
-                    if let Some(value) = one(from + 2) {
-                        found = Some((from + 2, value));
-                        good = from + 2;
-                    } else {
-                        return found;
-                    }
-                }
-                None => {
-                    bad = to;
-                    break;
-                }
-            }
-        }
-        while good + 1 < bad {
-            let to = good.midpoint(bad);
-            match one(to) {
-                Some(value) => {
-                    found = Some((to, value));
-                    good = to;
-                }
-                None => bad = to,
-            }
-        }
-        found
-    }
-
     /// Whether one straight move is near enough to the vertices from one to another, and passes them in their order. The next vertex is
     /// always gone to: rounding is all that it may be off.
     fn is_line(&self, from: usize, to: usize) -> bool {
         if to == from + 1 {
             return true;
         }
-        let (start, way) = (mm(self.points[from]), mm(self.points[to]) - mm(self.points[from]));
-        let length = way.length();
-        let mut along = 0.0;
-        self.exact[from..=to].iter().all(|p| {
-            let at = (*p - start).dot(way) / length;
-            let ordered = at >= along - GRID_MM;
-            along = at.max(along);
-            // Beyond the ends it is as far as they are.
-            let off = (*p - start - way * (at / length).clamp(0.0, 1.0)).length();
-            ordered && off <= self.allowed.slack_mm
-        })
+        let (start, end) = (mm(self.points[from]), mm(self.points[to]));
+        follows(start, end, &self.exact[from..=to], self.allowed.slack_mm, GRID_MM)
     }
 
     /// Whether so many straight moves are enough.
     fn lines_reach(&self, from: usize, to: usize, count: usize) -> bool {
         let mut at = from;
         for _ in 0..count {
-            at = self.farthest(at, to, |k| self.is_line(at, k).then_some(())).map_or(at + 1, |(k, ())| k);
+            at = farthest(at, to, |k| self.is_line(at, k).then_some(())).map_or(at + 1, |(k, ())| k);
             if at >= to {
                 return true;
             }

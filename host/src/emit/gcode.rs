@@ -3,17 +3,14 @@
 use glam::DVec2;
 
 use super::EmitError;
-use super::arc::Arc;
-use super::fit::{Allowed, Piece, pieces};
+use super::fit::{DECIMALS, moves};
 use super::grid::{Run, runs};
 use super::number::{decimal, fixed};
 use crate::device::{Device, Dialect, Gcode};
 use crate::drawing::Drawing;
 
-/// Decimals of coordinates in mm. GRBL reports with three, and a step is coarser.
-const DECIMALS: usize = 3;
-
-/// The drawing as G-code: absolute mm, `G0` with the pen up, `G1` with it down, the pen's own lines between.
+/// The drawing as G-code: absolute mm, `G0` with the pen up, with it down `G1`, and `G2` and `G3` where
+/// the drawing has slack for arcs and the device takes them; the pen's own lines between.
 ///
 /// One command a line, ended by `\n`; printable ASCII without comments, and no line longer than the device takes. The
 /// program begins by raising the pen and ends with it raised at the machine's zero.
@@ -85,24 +82,12 @@ impl Writer<'_> {
 
     fn run(&mut self, run: &Run, slack_mm: f64, feed: f64) -> Result<(), EmitError> {
         let Some(first) = run.points.first() else { return Ok(()) };
-        let inside = |radius: f64| self.language.dialect.inside_of_arc(radius);
-        // The polylines have been drawn with a quarter of the chord error, the rest is three times as much.
-        let inside: &dyn Fn(f64) -> f64 = &inside;
-        let allowed = Allowed { slack_mm, chord_mm: slack_mm / 3.0, inside: (slack_mm > 0.0).then_some(inside) };
-        let pieces = pieces(&run.points, &run.exact, &allowed);
         self.travel(&coordinates(*first))?;
         self.lines(self.language.pen_down())?;
-        for (k, piece) in pieces.iter().enumerate() {
+        for (k, piece) in moves(run, slack_mm, self.language).iter().enumerate() {
             // The feed is modal; a pen on the Z axis, or a Marlin's travel, has changed it.
             let feed = if k == 0 { format!(" F{}", decimal(feed, 1)) } else { String::new() };
-            let piece = match piece {
-                Piece::Line(to) => format!("G1 {}", coordinates(*to)),
-                Piece::Arc(Arc { end, centre: [i, j], clockwise, .. }) => {
-                    let (word, [i, j]) = (if *clockwise { "G2" } else { "G3" }, [*i, *j].map(|c| fixed(c, DECIMALS)));
-                    format!("{word} {} I{i} J{j}", coordinates(*end))
-                }
-            };
-            self.line(&format!("{piece}{feed}"))?;
+            self.line(&format!("{}{feed}", piece.text()))?;
         }
         self.lines(self.language.pen_up())
     }

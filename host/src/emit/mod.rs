@@ -14,6 +14,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
+pub(crate) use fit::{SLACK_PART, moves};
 pub use gcode::gcode;
 pub use grid::{Run, runs};
 pub use hpgl::hpgl;

@@ -1,6 +1,6 @@
-//! The options of the path of the pen: the order of strokes, and what is joined.
+//! The options of the path of the pen: the order of strokes, what is joined, and how curves are written.
 
-use super::{OptionError, bad};
+use super::{Arcs, OptionError, bad};
 use crate::args::PathArgs;
 use crate::device::Device;
 use crate::estimate;
@@ -32,6 +32,8 @@ pub struct OrderOptions {
     pub seed: u64,
     /// Largest gap in mm over which ends of strokes are joined, 0 for none.
     pub merge_mm: Option<f64>,
+    /// Whether curves are written as arcs.
+    pub arcs: Arcs,
 }
 
 impl OrderOptions {
@@ -55,7 +57,7 @@ impl OrderOptions {
             );
             return Err(bad("--merge", mm, problem));
         }
-        Ok(Self { seconds: args.optimize, by, seed: args.order_seed, merge_mm: args.merge })
+        Ok(Self { seconds: args.optimize, by, seed: args.order_seed, merge_mm: args.merge, arcs: args.arcs })
     }
 
     /// The path through a drawing that a device draws.

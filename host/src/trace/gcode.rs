@@ -44,15 +44,20 @@ impl Machine {
 }
 
 impl Machine {
-    /// What may be taken for granted before a job: Marlin reads millimetres, and often knows nothing else, and absolute coordinates
-    /// unless it is told otherwise; its place at the ends of strokes shows whether that is so. A controller of the GRBL kind is
+    /// What may be taken for granted before a job: Marlin reads millimetres and arcs in the xy plane, and often knows nothing else, and absolute
+    /// coordinates unless it is told otherwise; its place at the ends of strokes shows whether that is so. A controller of the GRBL kind is
     /// asked.
     #[must_use]
     pub fn before(&self) -> Modal {
         if self.dialect != Dialect::Marlin {
             return Modal::default();
         }
-        Modal { units: Some(Units::Millimetres), distance: Some(Distance::Absolute), ..Modal::default() }
+        Modal {
+            units: Some(Units::Millimetres),
+            distance: Some(Distance::Absolute),
+            plane: Some(Plane::Xy),
+            ..Modal::default()
+        }
     }
 }
 
