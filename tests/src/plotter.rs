@@ -51,6 +51,17 @@ pub fn along(words: &[&str], path: PathChoice) -> Computed {
     compute(loaded.along(path)).expect("the model can be drawn")
 }
 
+/// The same as for a G-code file with arcs.
+///
+/// # Panics
+/// If it cannot be drawn.
+#[must_use]
+pub fn draw_curved(words: &[&str]) -> Computed {
+    let (options, progress) = (options(words), Progress::start());
+    let loaded = load(&options, &progress).expect("the model can be read");
+    compute(loaded.curved(true)).expect("the model can be drawn")
+}
+
 /// The plotter that is simulated.
 ///
 /// # Panics

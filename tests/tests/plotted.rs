@@ -11,7 +11,7 @@ use penvis::sim::Recording;
 use penvis_firmware::Settings;
 use penvis_tests::faults::Bench;
 use penvis_tests::ink::Ink;
-use penvis_tests::plotter::{along, draw, ink, plot, port, simulated};
+use penvis_tests::plotter::{along, draw, draw_curved, ink, plot, port, simulated};
 
 /// Allowed besides the length of a step, in mm.
 const DEVIATION: f64 = 0.02;
@@ -36,8 +36,11 @@ struct Plot {
 }
 
 fn plotted(words: &[&str]) -> Plot {
+    plotted_drawing(draw(words).drawing)
+}
+
+fn plotted_drawing(drawing: Drawing) -> Plot {
     let device = simulated();
-    let drawing = draw(words).drawing;
     let job = emit::gcode(&drawing, &device).expect("G-code");
     let recording = plot(&job, &device).expect("plotted to the end");
     let drawn = ink(&recording, &drawing, &device);
@@ -46,7 +49,11 @@ fn plotted(words: &[&str]) -> Plot {
 
 /// Everything drawn is in the drawing, all of the drawing is drawn, and the pen is up at the origin in the end.
 fn is_faithful(words: &[&str], least_mm: f64) {
-    let Plot { drawing, job, recording, drawn } = plotted(words);
+    is_plotted_faithfully(words, plotted(words), least_mm);
+}
+
+fn is_plotted_faithfully(words: &[&str], plot: Plot, least_mm: f64) {
+    let Plot { drawing, job, recording, drawn } = plot;
     let (wanted, got) = (Ink::new(&drawing), Ink::new(&drawn));
     assert!(wanted.length_mm() > least_mm, "{words:?}: only {:.0} mm", wanted.length_mm());
     let off = deviation(&wanted, &got);
@@ -76,6 +83,18 @@ fn the_pawn_is_drawn_as_it_should() {
 #[test]
 fn linked_tori_are_drawn_as_they_should() {
     is_faithful(&["linked_tori"], 1000.0);
+}
+
+/// Arcs to either side and lines, by the firmware's own chords.
+#[test]
+fn a_torus_of_arcs_is_drawn_as_it_should() {
+    let words = ["torus", "--paper", "a5", "--iso", "4"];
+    let plot = plotted_drawing(draw_curved(&words).drawing);
+    let count = |word: &str| plot.job.lines().filter(|line| line.starts_with(word)).count();
+    let (arcs, lines) = (count("G2 ") + count("G3 "), count("G1 "));
+    println!("{arcs} arcs, {lines} lines");
+    assert!(count("G2 ") > 10 && count("G3 ") > 10 && arcs > lines, "{arcs} arcs, {lines} lines");
+    is_plotted_faithfully(&words, plot, 300.0);
 }
 
 /// Isocurves that end at one outline are drawn on along it.

@@ -203,6 +203,37 @@ M400
         assert_eq!(text, expected);
     }
 
+    /// A quarter of 20 mm clockwise and one back, traced within 0.0025 mm.
+    #[test]
+    fn curves_are_arcs_where_there_is_slack_and_the_device_takes_them() {
+        let quarter = |centre: DVec2, from: f64, to: f64| {
+            (0..=50).map(move |k| {
+                centre + DVec2::from_angle((from + (to - from) * f64::from(k) / 50.0).to_radians()) * 20.0
+            })
+        };
+        let curve: Vec<[f64; 2]> = quarter(DVec2::new(50.0, 50.0), 180.0, 90.0)
+            .chain(quarter(DVec2::new(50.0, 90.0), -90.0, 0.0).skip(1))
+            .map(|p| [p.x, p.y])
+            .collect();
+        let mut drawing = drawing(200.0, 200.0, vec![polyline(Iso, 1, &curve)]);
+        let mut device = find("grbl-servo").unwrap();
+        let moves = |drawing: &Drawing, device: &Device| -> Vec<String> {
+            let text = gcode(drawing, device).unwrap();
+            let drawn = |line: &&str| ["G1", "G2", "G3"].iter().any(|word| line.starts_with(word));
+            text.lines().filter(drawn).map(str::to_owned).collect()
+        };
+        assert_eq!(moves(&drawing, &device).len(), 100, "without slack each chord is a line");
+        drawing.slack_mm = 0.0075;
+        let arcs = moves(&drawing, &device);
+        assert!(arcs[0].starts_with("G2 X") && arcs[0].contains(" J") && arcs[0].ends_with(" F2000"), "{arcs:?}");
+        assert!(arcs.last().is_some_and(|last| last.starts_with("G3 X70 Y90 I")) && arcs.len() <= 4, "{arcs:?}");
+        if let Language::Grbl(language) = &mut device.language {
+            language.arcs = false;
+        }
+        let lines = moves(&drawing, &device);
+        assert!(lines.iter().all(|line| line.starts_with("G1 ")) && (20..60).contains(&lines.len()), "{lines:?}");
+    }
+
     #[test]
     fn what_the_machine_cannot_do_is_refused() {
         let one = |page: &[[f64; 2]]| drawing(297.0, 210.0, vec![polyline(Iso, 1, page)]);

@@ -327,7 +327,7 @@ impl<'a, 'i> Walk<'a, 'i> {
         }
         let notes =
             undrawn.into_iter().map(|(what, (count, line))| format!("{count} × {what} (the first in line {line})"));
-        let drawing = Drawing { name, page, isos: 0, pens: Pens::default(), polylines };
+        let drawing = Drawing { name, page, isos: 0, pens: Pens::default(), slack_mm: 0.0, polylines };
         Found { drawing, view: None, colours, notes: notes.collect() }
     }
 }

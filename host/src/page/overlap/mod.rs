@@ -46,7 +46,7 @@ fn drawn_once(polylines: Vec<Polyline>, within: f64, hidden: bool, stops: &dyn F
     let is_compared = |p: &Polyline| (p.visible || hidden) && p.page.len() >= 2 && p.page.iter().all(|&p| is_place(p));
     let mut turns: Vec<usize> = (0..polylines.len()).filter(|&k| is_compared(&polylines[k])).collect();
     let lengths: Vec<f64> = polylines.iter().map(|p| length(&p.page)).collect();
-    let class = |p: &Polyline| (!p.visible, p.qi, p.level, p.kind as usize);
+    let class = |p: &Polyline| (!p.visible, p.qi, p.level, p.kind.map_or(usize::MAX, |kind| kind as usize));
     turns.sort_by(|&a, &b| {
         class(&polylines[a]).cmp(&class(&polylines[b])).then_with(|| lengths[b].total_cmp(&lengths[a]))
     });

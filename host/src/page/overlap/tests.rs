@@ -80,7 +80,7 @@ fn parts_are_cut_at_ends_and_out_of_the_middle() {
     assert_eq!(left(&[&[[10.0, 0.0], [20.0, 0.0]], &[[0.0, 0.0], [50.0, 0.0]]]), 50.0);
     let with = |kind| polyline(kind, 1, &[[10.0, 0.0], [30.0, 0.0]]);
     let found = once(vec![line(&[[0.0, 0.0], [50.0, 0.0]]), with(Boundary)]);
-    assert_eq!(found.iter().map(|l| l.kind).collect::<Vec<_>>(), [Iso, Iso, Boundary]);
+    assert_eq!(found.iter().map(|l| l.kind).collect::<Vec<_>>(), [Iso, Iso, Boundary].map(Some));
     assert!((ink(&found) - 50.0).abs() <= 2.0 * WITHIN + 1e-9);
     // What is short is not worth a lift.
     let short = polyline(Boundary, 1, &[[10.0, 0.0], [19.0, 0.0]]);
