@@ -221,8 +221,7 @@ fn through([a, b, c]: [DVec2; 3], chord_mm: f64) -> Option<DVec2> {
     let (before, after) = (b - a, c - b);
     let (l, m) = (before.length(), after.length());
     let turn = before.angle_to(after).abs();
-    // Also not a number.
-    if !(turn <= TURN_OF_RISE * chord_mm * (1.0 / l + 1.0 / m)) {
+    if turn.is_nan() || turn > TURN_OF_RISE * chord_mm * (1.0 / l + 1.0 / m) {
         return None;
     }
     (before * (m / l) + after * (l / m)).try_normalize()
