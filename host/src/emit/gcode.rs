@@ -219,7 +219,7 @@ M400
         let mut device = find("grbl-servo").unwrap();
         let moves = |drawing: &Drawing, device: &Device| -> Vec<String> {
             let text = gcode(drawing, device).unwrap();
-            let drawn = |line: &&str| ["G1", "G2", "G3"].iter().any(|word| line.starts_with(word));
+            let drawn = |line: &&str| ["G1 ", "G2 ", "G3 "].iter().any(|word| line.starts_with(word));
             text.lines().filter(drawn).map(str::to_owned).collect()
         };
         assert_eq!(moves(&drawing, &device).len(), 100, "without slack each chord is a line");
