@@ -203,12 +203,12 @@ M400
         assert_eq!(text, expected);
     }
 
-    /// A quarter of 20 mm clockwise and one back, traced within 0.0025 mm.
+    /// A quarter of 20 mm clockwise and one back, by chords of 0.314 mm: three of them lie within 0.005 mm of one, four within 0.01 mm.
     #[test]
     fn curves_are_arcs_where_there_is_slack_and_the_device_takes_them() {
         let quarter = |centre: DVec2, from: f64, to: f64| {
-            (0..=50).map(move |k| {
-                centre + DVec2::from_angle((from + (to - from) * f64::from(k) / 50.0).to_radians()) * 20.0
+            (0..=100).map(move |k| {
+                centre + DVec2::from_angle((from + (to - from) * f64::from(k) / 100.0).to_radians()) * 20.0
             })
         };
         let curve: Vec<[f64; 2]> = quarter(DVec2::new(50.0, 50.0), 180.0, 90.0)
@@ -222,7 +222,7 @@ M400
             let drawn = |line: &&str| ["G1 ", "G2 ", "G3 "].iter().any(|word| line.starts_with(word));
             text.lines().filter(drawn).map(str::to_owned).collect()
         };
-        assert_eq!(moves(&drawing, &device).len(), 100, "without slack each chord is a line");
+        assert_eq!(moves(&drawing, &device).len(), 200, "without slack each chord is a line");
         drawing.slack_mm = 0.0075;
         let arcs = moves(&drawing, &device);
         assert!(arcs[0].starts_with("G2 X") && arcs[0].contains(" J") && arcs[0].ends_with(" F2000"), "{arcs:?}");
@@ -231,7 +231,7 @@ M400
             language.arcs = false;
         }
         let lines = moves(&drawing, &device);
-        assert!(lines.iter().all(|line| line.starts_with("G1 ")) && (20..60).contains(&lines.len()), "{lines:?}");
+        assert!(lines.iter().all(|line| line.starts_with("G1 ")) && (60..75).contains(&lines.len()), "{lines:?}");
     }
 
     #[test]
