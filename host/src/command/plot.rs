@@ -19,7 +19,7 @@ use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
 use crate::journal::JournalError;
-use crate::options::{DrawingOptions, OptionError, OrderOptions};
+use crate::options::{Arcs, DrawingOptions, OptionError, OrderOptions};
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError, Protocol};
 use crate::redraw::Redraw;
@@ -27,6 +27,7 @@ use crate::resume::Whole;
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
 use crate::stream::{self, Course, Interface, StreamError, User};
+use crate::trace::gcode::{Machine, chorded};
 
 pub(super) use port::open;
 pub use resume::ResumeError;
@@ -269,7 +270,7 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
         return Err(JournalError::Unfinished { path: journal }.into());
     }
     let job = match file {
-        Some(path) => read(path, &device)?,
+        Some(path) => without_arcs(read(path, &device)?, args.path.arcs, &device)?,
         None => draw(args, &device)?,
     };
     let bad = |source| PlotError::Job { name: job.name.clone(), source };
@@ -435,6 +436,34 @@ fn read(path: &Path, device: &Device) -> Result<Job, PlotError> {
     }
 }
 
+/// Has the arcs of a job go as chords where they are not to go over the line, and says so.
+fn without_arcs(mut job: Job, arcs: Arcs, device: &Device) -> Result<Job, PlotError> {
+    let Some(language) = device.language.gcode().filter(|_| !arcs.on_line(device)) else { return Ok(job) };
+    let chorded = chorded(&job.bytes, language.line_limit, &Machine::new(device, language))
+        .map_err(|source| PlotError::Job { name: job.name.clone(), source: source.into() })?;
+    let count = |count: usize| if count == 1 { "1 arc".to_owned() } else { format!("{count} arcs") };
+    let asked_for = arcs == Arcs::Off || !language.arcs;
+    if chorded.arcs > 0 {
+        let why = if asked_for {
+            ""
+        } else {
+            ": what is changed in an arc on the line might not be noticed (--arcs on sends arcs)"
+        };
+        eprintln!("{}: {} sent as chords, 0.002 mm away at the most{why}", job.name, count(chorded.arcs));
+    }
+    if let Some(first) = chorded.left.first() {
+        let what = if asked_for { "" } else { ", and what is changed in them on the line is not noticed" };
+        eprintln!(
+            "{}: warning: {} sent as in the file, the first in line {first}{what}; to be written as chords they need G20 or G21, G90 or G91, \
+             the plane of the paper and a known place to begin",
+            job.name,
+            count(chorded.left.len())
+        );
+    }
+    job.bytes = chorded.job;
+    Ok(job)
+}
+
 /// What goes over the line when nothing goes wrong with a job: a fault whose place a seed decides is to fall within it.
 fn undisturbed(job: &Job, device: &Device, mut port: SimPort, baud: u32) -> Result<Traffic, PlotError> {
     let name = &job.name;
@@ -546,6 +575,24 @@ mod tests {
         let message = plotted(&words(&["--fault", "reset@80"])).unwrap_err().to_string();
         assert!(message.contains("restarted"), "{message}");
         assert_ne!(fs::read_to_string(&out).unwrap(), whole);
+    }
+
+    #[test]
+    fn arcs_of_a_file_go_over_lines_that_are_checked() {
+        let arcs = "G21\nG90\nG0X10Y10\nM3S1000\nG2X14Y10I2J0F2000\nM3S0\n";
+        let sent = |arcs_are: Arcs, name: &str| {
+            let job = Job { name: "arcs".into(), bytes: arcs.into(), page: None };
+            String::from_utf8(without_arcs(job, arcs_are, &device::find(name).unwrap()).unwrap().bytes).unwrap()
+        };
+        for (arcs_are, name) in [(Arcs::On, "grbl-servo"), (Arcs::On, "marlin-servo"), (Arcs::Auto, "marlin-servo")] {
+            assert_eq!(sent(arcs_are, name), arcs);
+        }
+        for (arcs_are, name) in [(Arcs::Auto, "grbl-servo"), (Arcs::Auto, "penvis"), (Arcs::Off, "marlin-servo")] {
+            let chords = sent(arcs_are, name);
+            // A half circle of 2 mm, in lines of one number.
+            assert!(!chords.contains("G2X") && chords.matches('\r').count() > 20, "{name}: {chords}");
+            assert_eq!(chords.matches('\n').count(), arcs.matches('\n').count());
+        }
     }
 
     #[test]

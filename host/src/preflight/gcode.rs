@@ -7,7 +7,7 @@ use crate::device::{Device, Dialect, Gcode, Pen};
 use crate::drawing::Page;
 use crate::protocol::Unit;
 use crate::protocol::grbl::{Job, Turn, words};
-use crate::trace::gcode::{Machine, Modal, follow};
+use crate::trace::gcode::{Machine, Modal, places};
 use crate::trace::{Position, Trace};
 
 /// Slack in mm when the extent of a job is compared with a travel: papers are rounded, and switches have play.
@@ -45,7 +45,7 @@ pub(super) fn job(job: &Job, device: &Device, language: &Gcode) -> Vec<Finding> 
 }
 
 fn trace(job: &Job, device: &Device, language: &Gcode) -> Trace {
-    follow(job, &Machine::new(device, language), &Modal::default(), Position::UNKNOWN).trace
+    places(job, &Machine::new(device, language), &Modal::default(), Position::UNKNOWN).trace
 }
 
 /// Commands that the controller does not know.

@@ -1,10 +1,12 @@
 //! Follows a G-code job line by line, as GRBL and Marlin read it.
 
 mod arc;
+mod chords;
 mod modal;
 
 use glam::DVec3;
 
+pub use chords::{Chorded, chorded};
 pub use modal::{Coordinates, Distance, FeedMode, Modal, Motion, Plane, Spindle, Units};
 
 use super::timing::{Pace, Timer};
@@ -85,13 +87,24 @@ impl Followed {
 /// [`Position::UNKNOWN`] when nothing is known of them. Cost: linear.
 #[must_use]
 pub fn follow(job: &Job, machine: &Machine, before: &Modal, start: Position) -> Followed {
-    let mut follower = Follower::new(machine, before, start, job.lines().len());
+    followed(job, Follower::new(machine, before, start, Some(Timer::new(&machine.pace, job.lines().len()))))
+}
+
+/// As [`follow`], for those who do not ask how long it takes: the seconds are 0.
+#[must_use]
+pub fn places(job: &Job, machine: &Machine, before: &Modal, start: Position) -> Followed {
+    followed(job, Follower::new(machine, before, start, None))
+}
+
+fn followed(job: &Job, mut follower: Follower<'_>) -> Followed {
+    let before = follower.modal.clone();
     let steps = job.lines().iter().enumerate().map(|(index, line)| follower.line(index, line)).collect();
     let mut trace = Trace { steps };
-    for (step, seconds) in trace.steps.iter_mut().zip(follower.timer.finish()) {
+    let seconds = follower.timer.map(Timer::finish).unwrap_or_default();
+    for (step, seconds) in trace.steps.iter_mut().zip(seconds) {
         step.seconds = seconds;
     }
-    Followed { trace, states: follower.states, before: before.clone() }
+    Followed { trace, states: follower.states, before }
 }
 
 struct Follower<'a> {
@@ -103,7 +116,8 @@ struct Follower<'a> {
     /// Whether the pen was up and has not been lifted again: a stroke, or the way down to one.
     in_stroke: bool,
     states: Vec<(usize, Modal)>,
-    timer: Timer,
+    /// None where nobody asks for times.
+    timer: Option<Timer>,
     /// The pen has been moved, and the machine has not been asked how it stands since.
     unasked: bool,
 }
@@ -133,7 +147,7 @@ struct Block {
 }
 
 impl<'a> Follower<'a> {
-    fn new(machine: &'a Machine, before: &Modal, start: Position, lines: usize) -> Self {
+    fn new(machine: &'a Machine, before: &Modal, start: Position, timer: Option<Timer>) -> Self {
         let mut follower = Self {
             machine,
             modal: before.clone(),
@@ -142,7 +156,7 @@ impl<'a> Follower<'a> {
             pen_down: None,
             in_stroke: false,
             states: Vec::new(),
-            timer: Timer::new(&machine.pace, lines),
+            timer,
             unasked: false,
         };
         follower.pen_down = follower.pen_of_state();
@@ -152,7 +166,7 @@ impl<'a> Follower<'a> {
     fn line(&mut self, index: usize, line: &Line) -> Step {
         let before = self.modal.clone();
         let mut step = Step::default();
-        self.timer.piece(index, line.text.len());
+        self.time(|timer| timer.piece(index, line.text.len()));
         self.pen_number(line);
         if line.text.starts_with(['$', '[']) {
             self.system(&line.text);
@@ -264,7 +278,7 @@ impl<'a> Follower<'a> {
         }
         if let Some(seconds) = dwell {
             // Days are enough, and a job that asks for more does not overflow anything.
-            self.timer.dwell(seconds.clamp(0.0, 1e6));
+            self.time(|timer| timer.dwell(seconds.clamp(0.0, 1e6)));
             self.ask();
         }
         if block.rests {
@@ -356,23 +370,29 @@ impl<'a> Follower<'a> {
         }
         let feed = feed.filter(|_| !is_rapid);
         self.ask();
-        match &arc {
-            Some(arc) => arc.chords().for_each(|chord| self.timer.go(chord, feed)),
-            None if way != DVec3::ZERO => self.timer.go(way, feed),
+        self.time(|timer| match &arc {
+            Some(arc) => arc.chords().for_each(|chord| timer.go(chord, feed)),
+            None if way != DVec3::ZERO => timer.go(way, feed),
             None => {}
-        }
+        });
     }
 
     /// Where the pen has come up or down, the machine is asked how it stands.
     fn ask(&mut self) {
         if std::mem::take(&mut self.unasked) {
-            self.timer.ask();
+            self.time(Timer::ask);
         }
     }
 
     /// The motion so far ends at rest.
     fn rest(&mut self) {
-        self.timer.rest();
+        self.time(Timer::rest);
+    }
+
+    fn time(&mut self, what: impl FnOnce(&mut Timer)) {
+        if let Some(timer) = &mut self.timer {
+            what(timer);
+        }
     }
 
     /// Whether the pen is down in the state as it is.

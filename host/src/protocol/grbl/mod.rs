@@ -33,7 +33,7 @@ use std::time::Duration;
 
 pub use job::{Job, JobError, Line, Turn};
 pub(crate) use job::{clean, without_pause, words};
-pub(crate) use plan::is_dwell;
+pub(crate) use plan::{is_dwell, spelled};
 pub(crate) use replies::{error_meaning, is_banner};
 
 use super::heights::Heights;

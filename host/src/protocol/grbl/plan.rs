@@ -282,7 +282,7 @@ fn moves(text: &str) -> bool {
 }
 
 /// The words of a line as they are written.
-fn spelled(text: &str) -> impl Iterator<Item = (char, &str)> {
+pub(crate) fn spelled(text: &str) -> impl Iterator<Item = (char, &str)> {
     text.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(at, letter)| {
         let rest = text.get(at + 1..).unwrap_or_default();
         (letter, rest.split(|c: char| c.is_ascii_alphabetic()).next().unwrap_or_default())
