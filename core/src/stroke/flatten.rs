@@ -71,42 +71,49 @@ fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64)
     }
     stops.retain(|&x| x == t[0] || (t[0] < x && x < t[1]));
     stops.push(t[1]);
+    let refining = Refining { g, curve, tolerance };
     let place = |x: f64| (x, curve.point(g, x));
-    let mut places = Vec::new();
-    places.push(place(t[0]));
+    let mut from = place(t[0]);
+    let mut vertices = Vec::new();
+    vertices.push(refining.vertex(from));
     for &stop in &stops[1..] {
-        let from = places[places.len() - 1];
-        refine(g, curve, from, place(stop), tolerance, &mut places, 0);
+        let to = place(stop);
+        refining.refine(from, to, &mut vertices, 0);
+        from = to;
     }
-    let vertices: Vec<StrokePoint> = places
-        .iter()
-        .map(|&(x, p)| StrokePoint { screen: p.truncate(), model: g.view.model_point(curve.surface, curve.uv(g, x)) })
-        .collect();
-    thin(&vertices, tolerance)
+    thin(vertices, tolerance)
 }
 
-/// Appends the places, parameter and position, after `a` up to and including `b` at which the polyline needs vertices.
-fn refine(
-    g: &Geometry<'_>,
-    c: &SurfaceCurve,
-    a: (f64, DVec3),
-    b: (f64, DVec3),
+/// A curve that is becoming a polyline.
+struct Refining<'a> {
+    g: &'a Geometry<'a>,
+    curve: &'a SurfaceCurve,
     tolerance: f64,
-    out: &mut Vec<(f64, DVec3)>,
-    depth: u32,
-) {
-    const DEEPEST: u32 = 16;
-    // The screen is the first two coordinates of view space: near in space is near on the screen.
-    let off = |f: f64| from_chord(c.point(g, a.0 + f * (b.0 - a.0)), a.1, b.1);
-    // Half the tolerance here, half for the vertices that thinning leaves out.
-    if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= 0.5 * tolerance) {
-        out.push(b);
-        return;
+}
+
+impl Refining<'_> {
+    /// The vertex at a place: a parameter and the position there.
+    fn vertex(&self, (t, p): (f64, DVec3)) -> StrokePoint {
+        let uv = self.curve.uv(self.g, t);
+        StrokePoint { screen: p.truncate(), model: self.g.view.model_point(self.curve.surface, uv) }
     }
-    let t = 0.5 * (a.0 + b.0);
-    let m = (t, c.point(g, t));
-    refine(g, c, a, m, tolerance, out, depth + 1);
-    refine(g, c, m, b, tolerance, out, depth + 1);
+
+    /// Appends the vertices after the place `a` up to and including `b` that the polyline needs.
+    fn refine(&self, a: (f64, DVec3), b: (f64, DVec3), out: &mut Vec<StrokePoint>, depth: u32) {
+        const DEEPEST: u32 = 16;
+        let Self { g, curve, tolerance } = *self;
+        // The screen is the first two coordinates of view space: near in space is near on the screen.
+        let off = |f: f64| from_chord(curve.point(g, a.0 + f * (b.0 - a.0)), a.1, b.1);
+        // Half the tolerance here, half for the vertices that thinning leaves out.
+        if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= 0.5 * tolerance) {
+            out.push(self.vertex(b));
+            return;
+        }
+        let t = 0.5 * (a.0 + b.0);
+        let m = (t, curve.point(g, t));
+        self.refine(a, m, out, depth + 1);
+        self.refine(m, b, out, depth + 1);
+    }
 }
 
 /// Distance of `x` from the segment from `p` to `q`.
@@ -117,7 +124,7 @@ fn from_chord(x: DVec3, p: DVec3, q: DVec3) -> f64 {
 }
 
 /// Leaves out vertices that are within half the tolerance of the chord that replaces them (Douglas and Peucker 1973).
-fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
+fn thin(mut points: Vec<StrokePoint>, tolerance: f64) -> Vec<StrokePoint> {
     let mut keep = alloc::vec![false; points.len()];
     keep[0] = true;
     keep[points.len() - 1] = true;
@@ -138,7 +145,10 @@ fn thin(points: &[StrokePoint], tolerance: f64) -> Vec<StrokePoint> {
             stack.push((k, b));
         }
     }
-    points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect()
+    let mut keep = keep.into_iter();
+    points.retain(|_| keep.next().unwrap_or(true));
+    points.shrink_to_fit();
+    points
 }
 
 #[cfg(test)]

@@ -143,8 +143,9 @@ impl Occluders {
         let tolerances = Tolerances { border: tolerance, contact: tolerance, rounding };
         let mut build = Self {
             patches: Vec::with_capacity(patches.len()),
-            nets: Vec::new(),
-            leaves: Vec::new(),
+            // Room for a cell of each.
+            nets: Vec::with_capacity(patches.iter().map(|p| p.points.len()).sum()),
+            leaves: Vec::with_capacity(patches.len()),
             nodes: Vec::new(),
             tolerances,
             trims: Vec::new(),
@@ -262,7 +263,9 @@ impl Occluders {
         // Close together, for they are compared again and again.
         let centres: Vec<DVec2> = self.leaves.iter().map(Leaf::centre).collect();
         self.node(&mut order, 0, &centres);
-        self.leaves = order.iter().map(|&k| self.leaves[k as usize]).collect();
+        drop(centres);
+        permute(&mut self.leaves, &mut order);
+        self.nodes.shrink_to_fit();
     }
 
     /// Appends the subtree over `order`, whose first leaf will have the position `first`.
@@ -297,6 +300,22 @@ impl Occluders {
     }
 }
 
+/// Puts the item `order[k]` to the place `k`, in place, cycle by cycle. Leaves the order of what is sorted.
+fn permute<T>(items: &mut [T], order: &mut [u32]) {
+    for first in 0..order.len() {
+        let mut here = first;
+        loop {
+            let from = order[here] as usize;
+            order[here] = here as u32;
+            if from == first {
+                break;
+            }
+            items.swap(here, from);
+            here = from;
+        }
+    }
+}
+
 /// Screen box and depth range of a net, by its control points.
 fn bounds(net: &[DVec4]) -> (DVec2, DVec2, [f64; 2]) {
     let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -327,4 +346,18 @@ fn has_area(patch: &Patch, rounding: f64) -> bool {
         a.perp_dot(b).abs() > noise
     };
     (0..3 * p).any(|i| (0..3 * q).any(|j| area(i, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_come_into_any_order() {
+        for order in [&[][..], &[0], &[1, 0], &[2, 0, 1, 3], &[4, 3, 0, 1, 2], &[0, 2, 1, 4, 3]] {
+            let mut items: Vec<u32> = (0..order.len() as u32).collect();
+            permute(&mut items, &mut order.to_vec());
+            assert_eq!(items, order);
+        }
+    }
 }
