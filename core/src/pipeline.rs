@@ -218,7 +218,8 @@ impl Prepared {
         let gather = CurveOptions { styles: &styles, angle: options.smooth_angle, contact: STITCH * size };
         let (mut curves, cut) = cut_to_trims(&g, curves(&g, &stitching, &traced, &gather, stop));
         stop.check()?;
-        let mut undecided_silhouettes = traced.undecided;
+        let (mut undecided_silhouettes, silhouette) = (traced.undecided, traced.stats);
+        drop(traced.curves);
         undecided_silhouettes.extend(cut);
         let mut undecided_sections = Vec::new();
         if styles.wants(CurveKind::Section) {
@@ -240,7 +241,7 @@ impl Prepared {
             facing,
             silhouette_undecided: undecided_silhouettes.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
             section_undecided: undecided_sections.iter().map(|place| UndecidedPart::new(&view, place)).collect(),
-            silhouette: traced.stats,
+            silhouette,
             chains: chains.stats,
             ..Stats::default()
         };
@@ -412,7 +413,8 @@ impl Prepared {
         let split = self.split(monitor)?;
         self.arcs = Arcs::default();
         let (mut sightings, stats) = self.seen(split, monitor)?;
-        let Self { view, forms, curves, options, .. } = self;
+        let Self { view, forms, curves, options, stitching, chains, .. } = self;
+        drop((stitching, chains));
         monitor.begin(Stage::Stroke);
         sightings.retain(|s| s.qi <= options.deepest);
         let runs = stroke::runs(&sightings);

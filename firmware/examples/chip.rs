@@ -4,8 +4,13 @@
 //!     penvis pack pawn -o pawn.bin
 //!     cargo run --release -p penvis-firmware --features scene --example chip pawn.bin [CELLS]
 //!
-//! Pointers and lengths take twice the room here that they take on a chip of 32 bits. Without CELLS patches are not cut ahead of the
-//! sight lines.
+//! Pointers and lengths take twice the room here that they take on a chip of 32 bits. What it takes there is told by
+//!
+//!     rustup target add i686-unknown-linux-musl
+//!     CARGO_TARGET_I686_UNKNOWN_LINUX_MUSL_LINKER=rust-lld \
+//!         cargo run -p penvis-firmware --features scene --target i686-unknown-linux-musl --example chip pawn.bin
+//!
+//! Without CELLS patches are not cut ahead of the sight lines.
 
 use std::cell::Cell;
 use std::sync::Mutex;

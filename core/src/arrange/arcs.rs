@@ -152,18 +152,51 @@ impl<'a> CurveArcs<'a> {
     /// Lengths below `resolution` (screen units) are not told apart.
     pub(super) fn length_table(self, index: usize, resolution: f64) -> LengthTable {
         let curve = &self.curves[index];
-        let mut knots = Vec::with_capacity(self.count(index) + 1);
-        knots.push((curve.domain[0], 0.0));
+        let mut table = Measured { knots: Vec::new(), rates: [0.0; 2] };
+        table.knots.push((curve.domain[0], 0.0));
         for a in self.of(index) {
             let (p, q) = a.ends();
-            measure(&a, [0.0, 1.0], [p, q], resolution, &mut knots, 0);
+            measure(&a, [0.0, 1.0], [p, q], resolution, &mut table, 0);
         }
+        let Measured { mut knots, .. } = table;
         if knots.len() == 1 {
             knots.push((curve.domain[1], 0.0));
         }
+        knots.shrink_to_fit();
         LengthTable { knots }
     }
 }
+
+/// A table of lengths that is being made.
+struct Measured {
+    knots: Vec<(f64, f64)>,
+    /// Least and largest length by the parameter in what the last interval is made of.
+    rates: [f64; 2],
+}
+
+impl Measured {
+    /// Adds an interval up to the parameter `t`, along which the length grows by `length`: as one with the last, if the parameter
+    /// runs alike in both.
+    fn add(&mut self, t: f64, length: f64) {
+        let (before, total) = self.knots.last().copied().unwrap_or_default();
+        let rate = length / (t - before);
+        let [least, most] = [self.rates[0].min(rate), self.rates[1].max(rate)];
+        let next = (t, total + length);
+        match self.knots.last_mut() {
+            Some(last) if least > 0.0 && most <= ALIKE * least => {
+                *last = next;
+                self.rates = [least, most];
+            }
+            _ => {
+                self.knots.push(next);
+                self.rates = [rate; 2];
+            }
+        }
+    }
+}
+
+/// Intervals of a table are one while the parameter runs as evenly as this in them.
+const ALIKE: f64 = 1.25;
 
 /// The arcs of one curve in order.
 #[derive(Clone)]
@@ -251,7 +284,7 @@ fn outermost_of(
 /// Quarters of a part that is even have lengths within a factor of two of each other. Towards a place where the curve stands
 /// still, and where weights differ by many orders of magnitude, each halving leaves at least one half even or below
 /// the resolution, so that some [`MOST_UNEVEN`] parts for each such place are enough.
-fn measure(arc: &Arc, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &mut Vec<(f64, f64)>, depth: u32) {
+fn measure(arc: &Arc, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, table: &mut Measured, depth: u32) {
     let at = |f: f64| arc.jet(x[0] + f * (x[1] - x[0])).0.truncate();
     let middle = at(0.5);
     let quarters = [p, at(0.25), middle, at(0.75), q];
@@ -262,19 +295,18 @@ fn measure(arc: &Arc, x: [f64; 2], [p, q]: [DVec2; 2], resolution: f64, knots: &
     let [least, most] =
         [lengths.iter().copied().fold(f64::INFINITY, f64::min), lengths.iter().copied().fold(0.0, f64::max)];
     if depth >= MOST_UNEVEN || most <= resolution || most <= 2.0 * least {
-        let before = knots.last().map_or(0.0, |k| k.1);
-        knots.push((arc.param(x[1]), before + p.distance(q)));
+        table.add(arc.param(x[1]), p.distance(q));
     } else {
         let m = 0.5 * (x[0] + x[1]);
-        measure(arc, [x[0], m], [p, middle], resolution, knots, depth + 1);
-        measure(arc, [m, x[1]], [middle, q], resolution, knots, depth + 1);
+        measure(arc, [x[0], m], [p, middle], resolution, table, depth + 1);
+        measure(arc, [m, x[1]], [middle, q], resolution, table, depth + 1);
     }
 }
 
 /// Halvings of an arc that is measured, at the most: what is left is a few roundings of its parameter long.
 const MOST_UNEVEN: u32 = 50;
 
-/// Overhang that [`Arcs::extent`] leaves, of the size of the box: a third of a micrometre on a sheet of 300 mm.
+/// Overhang that [`CurveArcs::extent`] leaves, of the size of the box: a third of a micrometre on a sheet of 300 mm.
 const EXTENT_SLACK: f64 = 1e-6;
 
 /// The box of arcs; see [`CurveArcs::extent`].
@@ -331,5 +363,19 @@ mod tests {
         let c = libm::sqrt(0.5);
         assert!((lo - DVec2::new(5.0 - c, 3.0 + c)).length() < 1e-14, "{lo}");
         assert!((hi.x - 5.0 - c).abs() < 1e-14 && (hi.y - 4.0).abs() < 2e-6 && hi.y <= 4.0 + 1e-15, "{hi}");
+    }
+
+    #[test]
+    fn intervals_that_run_alike_are_one_and_the_length_stays() {
+        let mut table = Measured { knots: alloc::vec![(0.0, 0.0)], rates: [0.0; 2] };
+        // The parameter runs a little faster each time, then stands still, then jumps.
+        let lengths = [1.0, 1.1, 1.2, 1.3, 1.4, 0.0, 0.0, 7.0, 6.0];
+        for (k, length) in lengths.into_iter().enumerate() {
+            table.add((k + 1) as f64, length);
+        }
+        table.add(9.0, 0.5);
+        assert_eq!(table.knots.iter().map(|knot| knot.0).collect::<Vec<_>>(), [0.0, 3.0, 5.0, 6.0, 7.0, 9.0, 9.0]);
+        let total = table.knots[table.knots.len() - 1].1;
+        assert!((total - lengths.iter().sum::<f64>() - 0.5).abs() < 1e-12, "{total}");
     }
 }

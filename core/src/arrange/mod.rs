@@ -106,7 +106,7 @@ pub struct ArrangeStats {
 }
 
 /// Approximate length along one curve on the screen, piecewise linear in the curve parameter. Where the curve is longer than
-/// the resolution, lengths between places are right to a factor of two, however unevenly the parameter runs.
+/// the resolution, lengths between places are right to a factor of two and a half, however unevenly the parameter runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LengthTable {
     knots: Vec<(f64, f64)>,

@@ -156,7 +156,7 @@ fn a_scene_in_flash_is_traced_to_the_bit() {
 /// Too large a scene ends with an error that says how much was needed, and the machine goes on living.
 #[test]
 fn a_scene_that_needs_too_much_memory_is_refused_and_the_machine_lives() {
-    let bytes = packed(&["torus", "--iso", "1000"]);
+    let bytes = packed(&["teapot", "--iso", "1000"]);
     let Some(mut emulator) = with_scene(Board::Mps2An500Scene, &bytes) else { return };
     let answer = ask_long(emulator.line(), "$PV=TRACE");
     println!("{answer:?}");
