@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, Parser};
 
 use crate::options::Arcs;
 
 /// Arguments of `penvis draw`.
 #[derive(Clone, Debug, Args)]
 pub struct DrawArgs {
-    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`), of which several are drawn as one scene; or drawings (.svg, .json)
+    /// Built-in models (`penvis info --list`), model files or scenes (`penvis scene`), of which several are drawn as one scene; or drawings: .svg, .json, .gcode, .nc, .hpgl, .plt
     #[arg(required = true, value_name = "MODEL|DRAWING")]
     pub models: Vec<String>,
     /// File to write, by extension: .svg, .gcode, .nc, .hpgl, .plt, .png, .json; may be given several times
@@ -37,7 +37,7 @@ pub struct DrawArgs {
 }
 
 /// What is drawn, and on which paper: the arguments of every command that computes a drawing.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 #[command(next_help_heading = "Drawing")]
 pub struct DrawingArgs {
     /// Direction to the eye: front, back, left, right, top, bottom, iso, or X,Y,Z [default: the scene's or the model's own, or iso]
@@ -137,7 +137,7 @@ pub struct DrawingArgs {
 }
 
 /// How the pen goes through a drawing: the arguments of the commands that write or plot one.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 #[command(next_help_heading = "Path of the pen")]
 pub struct PathArgs {
     /// Join strokes of a layer whose ends are no farther apart than this, and draw once what a pen would draw twice; 0: leave strokes as they are
@@ -158,4 +158,17 @@ pub struct PathArgs {
     /// the line to GRBL too, where a byte that is changed may draw another arc unnoticed)
     #[arg(long, value_name = "WHEN", value_enum, default_value_t = Arcs::Auto, hide_possible_values = true)]
     pub arcs: Arcs,
+}
+
+/// Whether nothing is said of a drawing and of the path of the pen, so that all is as it is by default.
+#[must_use]
+pub fn say_nothing(drawing: &DrawingArgs, path: &PathArgs) -> bool {
+    #[derive(Parser)]
+    struct Unsaid {
+        #[command(flatten)]
+        drawing: DrawingArgs,
+        #[command(flatten)]
+        path: PathArgs,
+    }
+    Unsaid::try_parse_from(["penvis"]).is_ok_and(|unsaid| unsaid.drawing == *drawing && unsaid.path == *path)
 }

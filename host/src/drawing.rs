@@ -2,9 +2,12 @@
 
 mod file;
 mod flatten;
+mod gcode;
+mod hpgl;
 pub mod json;
 pub mod svg;
 pub(crate) mod thin;
+mod traced;
 
 pub use file::{DrawingFormat, Found, Reading};
 

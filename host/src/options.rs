@@ -24,9 +24,6 @@ use crate::model::{MESH_CREASE_DEGREES, ModelFile, ViewChoice, aim};
 use crate::page::{Depths, Hidden, Layout, LayoutError, SheetError, Window};
 use crate::style::{self, SheetChoice, StyleChoice};
 
-/// Device that HPGL is written for when none is asked for.
-const DEFAULT_HPGL: &str = "hp7475a";
-
 /// Why the command line makes no sense.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -284,7 +281,7 @@ impl DrawOptions {
             _ => device::find(default),
         };
         let gcode = or_default(device::DEFAULT, |language| language.gcode().is_some())?;
-        let hpgl = or_default(DEFAULT_HPGL, |language| matches!(language, Language::Hpgl(_)))?;
+        let hpgl = or_default(device::DEFAULT_HPGL, |language| matches!(language, Language::Hpgl(_)))?;
         for output in &outputs {
             let device = match output.format {
                 Format::Gcode => &gcode,
@@ -473,9 +470,9 @@ mod tests {
         assert_eq!((found.inks.of(0), found.margin_mm), (Ink::default(), 15.0));
         assert_eq!(found.page, Page { width_mm: 297.0, height_mm: 210.0 });
         let options = options("saddle -o a.svg").unwrap();
-        assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, DEFAULT_HPGL));
+        assert_eq!((options.gcode.name.as_str(), options.hpgl.name.as_str()), (device::DEFAULT, device::DEFAULT_HPGL));
         assert_eq!(options.estimated.name, device::DEFAULT);
-        assert_eq!(self::options("saddle -o a.plt").unwrap().estimated.name, DEFAULT_HPGL);
+        assert_eq!(self::options("saddle -o a.plt").unwrap().estimated.name, device::DEFAULT_HPGL);
     }
 
     #[test]

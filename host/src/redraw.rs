@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use crate::args::DrawingArgs;
 use crate::compute::Computed;
+use crate::device::Device;
 use crate::drawing::{Drawing, DrawingFormat, Found, Page, Reading};
 use crate::error::Error;
 use crate::interrupt;
@@ -58,6 +59,15 @@ pub enum RedrawError {
     },
 }
 
+/// The plotters for which files in their languages are.
+#[derive(Clone, Copy, Debug)]
+pub struct Plotters<'a> {
+    /// For G-code.
+    pub gcode: &'a Device,
+    /// For HPGL.
+    pub hpgl: &'a Device,
+}
+
 /// Drawings in files, and what is asked of them. Several are drawn as one, with their lower left corners together, on a sheet as large as the largest.
 #[derive(Clone, Debug)]
 pub struct Redraw {
@@ -76,13 +86,9 @@ impl Redraw {
     /// # Errors
     /// If there are models too, or something is asked for that only models have.
     pub fn new(files: &[String], args: &DrawingArgs) -> Result<Option<Self>, Error> {
-        let formats: Vec<_> = files.iter().map(|file| (file, DrawingFormat::of(Path::new(file)))).collect();
-        let Some((file, _)) = formats.iter().find(|(_, format)| format.is_some()) else { return Ok(None) };
-        if let Some((other, _)) = formats.iter().find(|(_, format)| format.is_none()) {
-            return Err(RedrawError::Mixed { file: (*file).clone(), other: (*other).clone() }.into());
-        }
+        let (Some(drawings), Some(file)) = (drawings(files)?, files.first()) else { return Ok(None) };
         if let Some(option) = of_models(args) {
-            return Err(RedrawError::Surfaces { option, file: (*file).clone() }.into());
+            return Err(RedrawError::Surfaces { option, file: file.clone() }.into());
         }
         let (mut pen, mut layers) = (None, BTreeMap::new());
         for word in &args.pen {
@@ -98,8 +104,7 @@ impl Redraw {
             }
         }
         let args = DrawingArgs { pen: Vec::new(), ..args.clone() };
-        let files = formats.into_iter().filter_map(|(file, format)| Some((PathBuf::from(file), format?))).collect();
-        Ok(Some(Self { files, pen, layers, args }))
+        Ok(Some(Self { files: drawings, pen, layers, args }))
     }
 
     /// The arguments without the pens, which are said by the layers of the drawing here.
@@ -108,7 +113,7 @@ impl Redraw {
         &self.args
     }
 
-    /// Reads the drawing, puts it on its page, cuts off what is to be cut off, and finds a path of the pen of which this is asked. `reach` says what the
+    /// Reads the drawing, which is for one of these `plotters` if it is for a plotter, puts it on its page, cuts off what is to be cut off, and finds a path of the pen of which this is asked. `reach` says what the
     /// plotters reach of a page, or refuses it.
     ///
     /// It keeps its size, and its place too if the sheet is its own: then no coordinate changes. On another sheet it is put in the middle.
@@ -119,6 +124,7 @@ impl Redraw {
         &self,
         options: &DrawingOptions,
         path: PathChoice,
+        plotters: Plotters<'_>,
         progress: &Progress,
         reach: impl FnOnce(Page) -> Result<Option<Window>, Error>,
     ) -> Result<Computed, Error> {
@@ -126,13 +132,13 @@ impl Redraw {
         progress.stage("reading");
         let started = Instant::now();
         let tolerance_mm = options.sheet.settled_tolerance_mm();
-        let mut found = self.read(tolerance_mm)?;
+        let mut found = self.read(tolerance_mm, plotters)?;
         let mut window = place(&mut found.drawing, options)?;
         // What is enlarged was to be read more closely. The points are on the curves, so that the finer ones are as far apart but for two tolerances, and the
         // picture becomes less than twice as large as before, unless it is itself no larger than a few of them.
         let scale = window.as_ref().map_or(1.0, |layout| 1.0 / layout.to_screen_length(1.0));
         if scale > 1.0 && self.files.iter().any(|(_, format)| format.has_curves()) {
-            found = self.read(tolerance_mm / (2.0 * scale))?;
+            found = self.read(tolerance_mm / (2.0 * scale), plotters)?;
             window = place(&mut found.drawing, options)?;
         }
         let mut seconds = Seconds { read: started.elapsed().as_secs_f64(), ..Seconds::default() };
@@ -160,8 +166,9 @@ impl Redraw {
     }
 
     /// Reads the drawings as one.
-    fn read(&self, tolerance_mm: f64) -> Result<Found, Error> {
-        let reading = Reading { tolerance_mm, stops: &interrupt::is_wanted };
+    fn read(&self, tolerance_mm: f64, plotters: Plotters<'_>) -> Result<Found, Error> {
+        let Plotters { gcode, hpgl } = plotters;
+        let reading = Reading { tolerance_mm, gcode, hpgl, stops: &interrupt::is_wanted };
         let mut all: Option<Found> = None;
         for (path, format) in &self.files {
             let file = path.display().to_string();
@@ -208,6 +215,29 @@ impl Redraw {
         }
         drawing.pens = Pens::new(own, pen_width_mm);
         Ok(())
+    }
+}
+
+/// Files, if they are drawings; none if none of them is.
+///
+/// # Errors
+/// [`RedrawError::Mixed`] if only some are.
+pub fn drawings(files: &[String]) -> Result<Option<Vec<(PathBuf, DrawingFormat)>>, RedrawError> {
+    let mut found = Vec::new();
+    let (mut drawing, mut other) = (None, None);
+    for file in files {
+        match DrawingFormat::of(Path::new(file)) {
+            Some(format) => {
+                drawing = drawing.or(Some(file));
+                found.push((PathBuf::from(file), format));
+            }
+            None => other = other.or(Some(file)),
+        }
+    }
+    match (drawing, other) {
+        (Some(file), Some(other)) => Err(RedrawError::Mixed { file: file.clone(), other: other.clone() }),
+        (Some(_), None) => Ok(Some(found)),
+        (None, _) => Ok(None),
     }
 }
 

@@ -192,6 +192,31 @@ fn a_drawing_is_put_on_another_sheet_with_curves_as_fine_there() {
 }
 
 #[test]
+fn files_for_plotters_are_drawn_and_go_to_plotters_of_other_languages() {
+    let folder = folder_with_model();
+    fs::write(folder.path().join("art.svg"), SVG).unwrap();
+    told(&folder, "draw art.svg --tolerance 0.02 -o art.gcode");
+    // On all that the plotter reaches, with a layer for each pen.
+    told(&folder, "draw art.gcode -o b.json");
+    let b = drawing(&folder, "b.json");
+    assert_eq!((layer(&b, "pen1").len(), layer(&b, "pen2").len()), (1, 1));
+    let [low, high] =
+        [f64::min, f64::max].map(|end| layer(&b, "pen1").concat().iter().map(|p| p[0]).reduce(end).unwrap());
+    assert!((high - low - 160.0).abs() < 1e-9, "{low} to {high}");
+    // As it is, laid out anew, and in another language.
+    let plain = told(&folder, "plot art.gcode --port sim:grbl --sim-out a.svg --device grbl-servo --preflight");
+    assert!(!plain.contains("fit"), "{plain}");
+    let said = told(&folder, "plot art.gcode --pen 1 --paper a5 --scale 1:2 --port sim --sim-out b.svg");
+    // Half of 566 mm.
+    assert!(said.contains(" 283 mm of ink,"), "{said}");
+    let said = told(&folder, "plot art.gcode --paper a4 --port sim:hpgl7475a --sim-out c.svg");
+    assert!(said.contains(" 566 mm of ink,"), "{said}");
+    told(&folder, "draw art.gcode --paper a4 -o d.plt");
+    let said = told(&folder, "plot d.plt --pen 1 --port sim --sim-out d.svg");
+    assert!(said.contains(" 566 mm of ink,"), "{said}");
+}
+
+#[test]
 fn drawings_are_drawn_together_and_plotted() {
     let folder = folder_with_model();
     fs::write(folder.path().join("art.svg"), SVG).unwrap();

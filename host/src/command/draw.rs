@@ -13,7 +13,7 @@ use crate::model::View;
 use crate::options::{DrawOptions, Output};
 use crate::output;
 use crate::progress::Progress;
-use crate::redraw::{Redraw, RedrawError};
+use crate::redraw::{Plotters, Redraw, RedrawError};
 use crate::render;
 use crate::stats::Stats;
 
@@ -33,8 +33,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     };
     let progress = Progress::start();
     let path = options.order.path(&options.estimated);
+    let plotters = Plotters { gcode: &options.gcode, hpgl: &options.hpgl };
     let mut computed = match &redraw {
-        Some(redraw) => redraw.compute(&options.drawing, path, &progress, |page| {
+        Some(redraw) => redraw.compute(&options.drawing, path, plotters, &progress, |page| {
             options.check_page(page)?;
             Ok(options.reach(page))
         })?,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::device::{Device, Language, Placement};
+use crate::device::Placement;
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
@@ -21,16 +21,6 @@ pub(crate) fn problem(path: &Path) -> Option<&'static str> {
     } else {
         None
     }
-}
-
-/// The page of a job that tells none: all that the plotter reaches, or its first sheet.
-pub(crate) fn whole_page(device: &Device) -> Page {
-    let sheet = match device.language {
-        Language::Hpgl(_) => device.papers.first().map(|paper| paper.size_mm),
-        _ => None,
-    };
-    let [width_mm, height_mm] = sheet.or(device.travel_mm).unwrap_or_default();
-    Page { width_mm, height_mm }
 }
 
 /// Writes the ink that is on a page.

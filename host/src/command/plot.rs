@@ -12,7 +12,7 @@ use std::time::Duration;
 use thiserror::Error as ThisError;
 
 use super::ink;
-use crate::args::{DrawingArgs, PathArgs};
+use crate::args::{DrawingArgs, PathArgs, say_nothing};
 use crate::compute::{Computed, compute, duration_text, load, summary};
 use crate::device::{self, Device, Handshake, Language, PlaceError};
 use crate::drawing::Page;
@@ -22,7 +22,7 @@ use crate::journal::JournalError;
 use crate::options::{Arcs, DrawingOptions, OptionError, OrderOptions};
 use crate::progress::Progress;
 use crate::protocol::{self, Conversation, JobError, Protocol};
-use crate::redraw::Redraw;
+use crate::redraw::{Plotters, Redraw};
 use crate::resume::Whole;
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
 use crate::stats::Stats;
@@ -32,13 +32,12 @@ use crate::trace::gcode::{Machine, chorded};
 pub(super) use port::open;
 pub use resume::ResumeError;
 
-/// Device for HPGL files, when none is asked for.
-const HPGL_DEVICE: &str = "hp7475a";
-
 /// Arguments of `penvis plot`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or drawings (.svg, .json), or one file for a plotter: .gcode, .nc, .hpgl, .plt
+    /// Built-in models (`penvis info --list`), model files or scenes, several as one; or drawings: .svg, .json, .gcode, .nc, .hpgl, .plt. One file in
+    /// the plotter's language goes as it is, unless an option of the drawing or of the path of the pen is given; then, and for a plotter of another language, it
+    /// is laid out anew
     #[arg(required_unless_present = "resume", value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
     /// Serial port (`penvis ports`), or `sim` for a simulated plotter with penvis's firmware, `sim:grbl`, `sim:marlin` and
@@ -147,18 +146,6 @@ pub enum PlotError {
     /// No such fault.
     #[error(transparent)]
     Fault(#[from] FaultError),
-    /// A file of another language.
-    #[error(
-        "{file} is not in the language of `{device}`, {speaks}; choose another --device (`penvis devices` lists them)"
-    )]
-    Language {
-        /// The job.
-        file: String,
-        /// The device.
-        device: String,
-        /// What it speaks.
-        speaks: &'static str,
-    },
     /// A file that is neither a job nor a drawing nor a model.
     #[error(
         "{file} is a picture and no job for a plotter; those end in .gcode, .nc, .hpgl or .plt, and drawings in .svg or .json"
@@ -166,14 +153,6 @@ pub enum PlotError {
     Kind {
         /// The file.
         file: String,
-    },
-    /// A file among others.
-    #[error("{file} is plotted by itself; give it without {other}")]
-    Several {
-        /// The file.
-        file: String,
-        /// What else was given.
-        other: String,
     },
     /// A job that cannot be read.
     #[error("{file} cannot be read: {source}")]
@@ -253,12 +232,13 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     if args.resume {
         return resume::run(args);
     }
-    let file = file(&args.jobs)?;
-    let format = file.and_then(Format::of_path);
+    let named = file(&args.jobs)?;
+    let format = named.and_then(Format::of_path);
     let sim = SimName::parse(&args.port).transpose()?;
     let profile = args.device.as_deref().unwrap_or(default_device(sim.as_ref(), format));
     let mut device = device::find(profile).map_err(Error::from)?;
     choose_handshake(&mut device, args.handshake)?;
+    let file = named.filter(|file| speaks(&device, file) && say_nothing(&args.drawing, &args.path));
     if args.check && !matches!(device.language, Language::Grbl(_)) {
         return Err(PlotError::Check { device: device.name.clone(), speaks: device.language.name() });
     }
@@ -270,7 +250,7 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
         return Err(JournalError::Unfinished { path: journal }.into());
     }
     let job = match file {
-        Some(path) => without_arcs(read(path, &device)?, args.path.arcs, &device)?,
+        Some(path) => without_arcs(read(path)?, args.path.arcs, &device)?,
         None => draw(args, &device)?,
     };
     let bad = |source| PlotError::Job { name: job.name.clone(), source };
@@ -311,18 +291,23 @@ pub fn run(args: &PlotArgs) -> Result<(), PlotError> {
     }
 }
 
-/// The file for a plotter among the jobs, which then must be the only one; none when they are models.
+/// The file for a plotter, if it is the only job.
 fn file(jobs: &[String]) -> Result<Option<&Path>, PlotError> {
     let format = |job: &String| Format::of_path(Path::new(job));
     if let Some(file) = jobs.iter().find(|job| format(job) == Some(Format::Png)) {
         return Err(PlotError::Kind { file: file.clone() });
     }
-    let Some(file) = jobs.iter().find(|job| matches!(format(job), Some(Format::Gcode | Format::Hpgl))) else {
-        return Ok(None);
-    };
-    match jobs.iter().position(|job| job == file).and_then(|at| jobs.get(if at == 0 { 1 } else { 0 })) {
-        Some(other) => Err(PlotError::Several { file: file.clone(), other: other.clone() }),
-        None => Ok(Some(Path::new(file))),
+    match jobs {
+        [job] if matches!(format(job), Some(Format::Gcode | Format::Hpgl)) => Ok(Some(Path::new(job))),
+        _ => Ok(None),
+    }
+}
+
+/// Whether a file is in the language of a device, so that it can go to it as it is.
+fn speaks(device: &Device, file: &Path) -> bool {
+    match device.language {
+        Language::Grbl(_) | Language::Marlin(_) => Format::of_path(file) == Some(Format::Gcode),
+        Language::Hpgl(_) => Format::of_path(file) == Some(Format::Hpgl),
     }
 }
 
@@ -341,7 +326,7 @@ fn choose_handshake(device: &mut Device, handshake: Option<Handshake>) -> Result
 fn default_device(sim: Option<&SimName>, format: Option<Format>) -> &'static str {
     match (sim, format) {
         (Some(sim), _) => sim.default_device(),
-        (None, Some(Format::Hpgl)) => HPGL_DEVICE,
+        (None, Some(Format::Hpgl)) => device::DEFAULT_HPGL,
         (None, _) => device::DEFAULT,
     }
 }
@@ -385,7 +370,7 @@ fn stems(jobs: &[String]) -> String {
     jobs.iter().map(stem).collect::<Vec<_>>().join("-")
 }
 
-/// Draws models in the language of the device.
+/// Draws models, or drawings, in the language of the device.
 fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let redraw = Redraw::new(&args.jobs, &args.drawing)?;
     let drawing_args = redraw.as_ref().map_or(&args.drawing, Redraw::args);
@@ -399,7 +384,16 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     let progress = Progress::start();
     let reach = |page| -> Result<_, Error> { Ok(Some(device.place(page).map_err(OptionError::from)?.reach())) };
     let Computed { drawing, stats, seconds, notes, .. } = match &redraw {
-        Some(redraw) => redraw.compute(&options, path, &progress, reach)?,
+        Some(redraw) => {
+            // A file in another language is for a common plotter of that.
+            let [gcode, hpgl] = [device::DEFAULT, device::DEFAULT_HPGL].map(device::find);
+            let (gcode, hpgl) = (gcode.map_err(Error::from)?, hpgl.map_err(Error::from)?);
+            let plotters = match device.language {
+                Language::Grbl(_) | Language::Marlin(_) => Plotters { gcode: device, hpgl: &hpgl },
+                Language::Hpgl(_) => Plotters { gcode: &gcode, hpgl: device },
+            };
+            redraw.compute(&options, path, plotters, &progress, reach)?
+        }
         None => {
             let loaded = load(&options, &progress)?;
             let reach = reach(loaded.page())?;
@@ -421,15 +415,9 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     Ok(Job { name, bytes: text.into_bytes(), page: Some(drawing.page) })
 }
 
-/// Reads a file in the language of the device.
-fn read(path: &Path, device: &Device) -> Result<Job, PlotError> {
+/// Reads a file that goes to the plotter as it is.
+fn read(path: &Path) -> Result<Job, PlotError> {
     let file = path.display().to_string();
-    match (Format::of_path(path), &device.language) {
-        (Some(Format::Gcode), Language::Grbl(_) | Language::Marlin(_)) | (Some(Format::Hpgl), Language::Hpgl(_)) => {}
-        (_, language) => {
-            return Err(PlotError::Language { file, device: device.name.clone(), speaks: language.name() });
-        }
-    }
     match fs::read(path) {
         Ok(bytes) => Ok(Job { name: file, bytes, page: None }),
         Err(source) => Err(PlotError::Read { file, source }),
@@ -485,7 +473,7 @@ fn simulate(
     path: &Path,
     mut interface: Interface,
 ) -> Result<(), PlotError> {
-    let page = job.page.unwrap_or_else(|| ink::whole_page(device));
+    let page = job.page.unwrap_or_else(|| device.whole_page());
     let placement = device.place(page).map_err(PlotError::Place)?;
     let disturbed = !faults.is_empty();
     port.set_faults(faults);
@@ -636,15 +624,16 @@ mod tests {
             (&[&gcode, "--port", "sim", "--sim-out", "a.gcode"], "ends in .svg or .png"),
             (&[&gcode, "--port", "sim", "--sim-out", "nowhere/a.svg"], "there is no such folder"),
             (&[&gcode, "--port", "sim", "--device", "hp7475a"], "plot with --device penvis"),
-            (&[hpgl, "--port", "sim"], "not in the language of `penvis`, grbl"),
-            (&[hpgl, "--port", "sim", "--device", "penvis"], "not in the language of `penvis`, grbl"),
+            (&[hpgl, "--port", "sim"], "draws nothing"),
+            (&[&gcode, "--port", "sim", "--scale", "99:1"], "does not fit inside the margins"),
+            (&[&gcode, "--port", "sim", "--iso", "3"], "--iso is for models"),
             (&[&gcode, "--port", "sim", "--device", "nobody"], "there is no device `nobody`"),
             (&[&gcode, "--port", "sim:marlin", "--check"], "--check is for GRBL, and `marlin"),
             (&[five, "--port", "sim"], "line 2 has G5, which grbl does not know"),
             (&[&gcode, "--port", "sim:grbl,$32=1", "--preflight"], "laser mode ($32=1)"),
             (&[&gcode, "--port", "sim", "--handshake", "esc-b"], "--handshake is for HPGL plotters"),
             (&["a.png", "--port", "sim"], "a.png is a picture and no job"),
-            (&["teapot", &gcode, "--port", "sim"], "is plotted by itself; give it without teapot"),
+            (&["teapot", &gcode, "--port", "sim"], "is a drawing, and teapot is none"),
             (&["no-such-model", "--port", "sim"], "no-such-model"),
             (&["teapot", "--port", "sim", "--paper", "a2"], "larger than the reach"),
             (&["gone.gcode", "--port", "sim"], "gone.gcode cannot be read"),

@@ -106,7 +106,7 @@ pub fn run(args: &SimulateArgs) -> Result<(), SimulateError> {
     {
         return Err(SimulateError::Out { path: path.clone(), problem });
     }
-    let page = ink::whole_page(&device);
+    let page = device.whole_page();
     let place = device.place(page).map_err(|e| SimulateError::Pty(io::Error::other(e)))?;
     let mut port = SimPort::with(name.peer(&device)?, args.baud.unwrap_or(device.baud));
     port.set_faults(Faults::new(&faults, args.seed, EXPECTED));

@@ -44,6 +44,9 @@ const BUILT_IN: &[(&str, &str)] = &[
 /// Name of the device that is used when none is asked for.
 pub const DEFAULT: &str = "grbl-servo";
 
+/// Device for HPGL when none is asked for.
+pub const DEFAULT_HPGL: &str = "hp7475a";
+
 /// Why a device is not available.
 #[derive(Debug, Error)]
 #[non_exhaustive]

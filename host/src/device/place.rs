@@ -113,6 +113,17 @@ impl Axes {
 }
 
 impl Device {
+    /// The page of what tells none: all that the plotter reaches, or its first sheet.
+    #[must_use]
+    pub fn whole_page(&self) -> Page {
+        let sheet = match self.language {
+            Language::Hpgl(_) => self.papers.first().map(|paper| paper.size_mm),
+            _ => None,
+        };
+        let [width_mm, height_mm] = sheet.or(self.travel_mm).unwrap_or_default();
+        Page { width_mm, height_mm }
+    }
+
     /// How a page lies in this plotter: upright when it fits so, else turned a quarter to the left.
     ///
     /// # Errors

@@ -3,15 +3,23 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{Drawing, json, svg};
+use super::{Drawing, gcode, hpgl, json, svg};
+use crate::device::Device;
 use crate::emit::Format;
 use crate::model::{ReadError, Source, View};
+
+/// Largest file in bytes that is read as a whole.
+const LARGEST: u64 = 256 << 20;
 
 /// How a file is read.
 #[derive(Clone, Copy)]
 pub struct Reading<'a> {
     /// Largest distance in mm between a curve and its polyline on the page of the file, positive.
     pub tolerance_mm: f64,
+    /// The plotter for which G-code is, if its pen is that of the file.
+    pub gcode: &'a Device,
+    /// The plotter for which HPGL is.
+    pub hpgl: &'a Device,
     /// Asked now and then whether to stop.
     pub stops: &'a dyn Fn() -> bool,
 }
@@ -37,6 +45,10 @@ pub enum DrawingFormat {
     Json,
     /// Scalable vector graphics.
     Svg,
+    /// G-code for a plotter.
+    Gcode,
+    /// HPGL for a plotter.
+    Hpgl,
 }
 
 impl DrawingFormat {
@@ -49,7 +61,20 @@ impl DrawingFormat {
         match Format::of_path(path)? {
             Format::Svg => Some(Self::Svg),
             Format::Json => Source::open(path).is_ok_and(|source| json::looks_like(&source)).then_some(Self::Json),
-            _ => None,
+            Format::Gcode => Some(Self::Gcode),
+            Format::Hpgl => Some(Self::Hpgl),
+            Format::Png => None,
+        }
+    }
+
+    /// What users call it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Json => "drawing JSON",
+            Self::Svg => "SVG",
+            Self::Gcode => "G-code",
+            Self::Hpgl => "HPGL",
         }
     }
 
@@ -57,8 +82,8 @@ impl DrawingFormat {
     #[must_use]
     pub fn has_curves(self) -> bool {
         match self {
-            Self::Svg => true,
-            Self::Json => false,
+            Self::Svg | Self::Gcode => true,
+            Self::Json | Self::Hpgl => false,
         }
     }
 
@@ -67,12 +92,18 @@ impl DrawingFormat {
     /// # Errors
     /// [`ReadError`] with the place, whatever the bytes are.
     pub fn read(self, source: &mut Source, reading: &Reading<'_>) -> Result<Found, ReadError> {
+        // JSON is read piece by piece.
+        if self != Self::Json && source.length() > LARGEST {
+            return Err(ReadError::TooLarge { limit: LARGEST });
+        }
         match self {
             Self::Json => {
                 let (drawing, view) = json::read(source)?;
                 Ok(Found { drawing, view, colours: BTreeMap::new(), notes: Vec::new() })
             }
             Self::Svg => svg::read(source, reading),
+            Self::Gcode => gcode::read(source, reading.gcode, reading),
+            Self::Hpgl => hpgl::read(source, reading.hpgl, reading),
         }
     }
 }

@@ -52,7 +52,7 @@ pub enum ReadError {
     #[error("cannot be read: {0}")]
     Io(#[from] std::io::Error),
     /// It is too much for a model.
-    #[error("is larger than {} MiB, too large for a model of this format; check the path", limit >> 20)]
+    #[error("is larger than {} MiB, too large for a file of this format; check the path", limit >> 20)]
     TooLarge {
         /// Most bytes that are read.
         limit: u64,

@@ -4,7 +4,7 @@ mod arc;
 mod chords;
 mod modal;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 pub use chords::{Chorded, chorded};
 pub use modal::{Coordinates, Distance, FeedMode, Modal, Motion, Plane, Spindle, Units};
@@ -107,6 +107,35 @@ fn followed(job: &Job, mut follower: Follower<'_>) -> Followed {
     Followed { trace, states: follower.states, before }
 }
 
+/// How a line goes over the paper from the end of the one before to its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// Straight.
+    Straight,
+    /// Along an arc.
+    Arc {
+        /// Its centre in mm.
+        centre: DVec2,
+        /// Counter-clockwise from where it begins, in radians.
+        angle: f64,
+    },
+}
+
+/// Follows a job as [`follow`] does, and tells `each` of its lines what it does, but for its time, and which way it goes. Cost: linear; nothing is held.
+pub fn follow_ways(
+    job: &Job,
+    machine: &Machine,
+    before: &Modal,
+    start: Position,
+    each: &mut dyn FnMut(&Line, Step, Way),
+) {
+    let mut follower = Follower::new(machine, before, start, None);
+    for (index, line) in job.lines().iter().enumerate() {
+        let step = follower.line(index, line);
+        each(line, step, follower.way);
+    }
+}
+
 struct Follower<'a> {
     machine: &'a Machine,
     modal: Modal,
@@ -120,6 +149,8 @@ struct Follower<'a> {
     timer: Option<Timer>,
     /// The pen has been moved, and the machine has not been asked how it stands since.
     unasked: bool,
+    /// How the last line went.
+    way: Way,
 }
 
 /// The words of a line, sorted by what they do.
@@ -158,6 +189,7 @@ impl<'a> Follower<'a> {
             states: Vec::new(),
             timer,
             unasked: false,
+            way: Way::Straight,
         };
         follower.pen_down = follower.pen_of_state();
         follower
@@ -166,6 +198,7 @@ impl<'a> Follower<'a> {
     fn line(&mut self, index: usize, line: &Line) -> Step {
         let before = self.modal.clone();
         let mut step = Step::default();
+        self.way = Way::Straight;
         self.time(|timer| timer.piece(index, line.text.len()));
         self.pen_number(line);
         if line.text.starts_with(['$', '[']) {
@@ -355,6 +388,9 @@ impl<'a> Follower<'a> {
             }
             _ => None,
         };
+        if let Some((centre, angle)) = arc.as_ref().and_then(Arc::on_paper) {
+            self.way = Way::Arc { centre: from.truncate() + centre, angle };
+        }
         let way = to - from;
         let paper = arc.as_ref().map_or(way.truncate().length(), Arc::length_on_paper);
         if self.pen_down == Some(true) && self.pen_of_state() == Some(true) {

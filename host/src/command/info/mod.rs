@@ -1,12 +1,15 @@
-//! `penvis info`: what a model holds.
+//! `penvis info`: what a model or a drawing holds.
 
+mod drawing;
 mod facts;
 
 use std::fmt::Write as _;
 
 use glam::DVec3;
 use penvis_core::stop::Stop;
+use serde::Serialize;
 
+use self::drawing::DrawingFacts;
 use self::facts::{EdgeCount, Facts, FileFacts, Named};
 use crate::builtin;
 use crate::compute;
@@ -14,12 +17,13 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::model::{Model, Projection, View};
 use crate::progress::Progress;
+use crate::redraw;
 
-/// Tells what models hold, or lists the built-in ones.
+/// Tells what models or drawings hold, or lists the built-in models.
 #[derive(Clone, Debug, clap::Args)]
 pub struct InfoArgs {
-    /// Built-in models, model files or scenes; several are taken as one scene
-    #[arg(required_unless_present = "list", value_name = "MODEL")]
+    /// Built-in models, model files or scenes, of which several are taken as one scene; or drawings, of which each is told by itself
+    #[arg(required_unless_present = "list", value_name = "MODEL|DRAWING")]
     pub models: Vec<String>,
     /// List the built-in models
     #[arg(long, conflicts_with = "models")]
@@ -36,6 +40,16 @@ pub struct InfoArgs {
 pub fn run(args: &InfoArgs) -> Result<(), Error> {
     if args.list {
         return Ok(super::print(&list())?);
+    }
+    if let Some(drawings) = redraw::drawings(&args.models)? {
+        let facts: Vec<_> =
+            drawings.iter().map(|(path, format)| DrawingFacts::of(path, *format)).collect::<Result<_, Error>>()?;
+        let text = match &facts[..] {
+            [facts] if args.json => json(facts)?,
+            facts if args.json => json(facts)?,
+            facts => facts.iter().map(DrawingFacts::describe).collect(),
+        };
+        return Ok(super::print(&text)?);
     }
     let progress = Progress::start();
     let model = compute::read(&args.models, None, None, &progress)?;
@@ -54,7 +68,7 @@ fn facts(model: &Model) -> Result<Facts, Error> {
         .map_err(|_| Error::Interrupted { doing: "looking for open edges".into() })
 }
 
-fn json(facts: &Facts) -> Result<String, Error> {
+fn json(facts: &(impl Serialize + ?Sized)) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(facts).map_err(std::io::Error::from)?;
     Ok(text + "\n")
 }

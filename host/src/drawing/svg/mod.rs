@@ -49,6 +49,11 @@ const XLINK: &str = "http://www.w3.org/1999/xlink";
 /// # Errors
 /// [`ReadError`] with the line, and the element if it has an `id`, whatever the bytes are.
 pub fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Found, ReadError> {
+    read_most(source, reading, MOST_ELEMENTS)
+}
+
+/// [`read`] with so many elements at the most.
+fn read_most(source: &mut Source, reading: &Reading<'_>, most: usize) -> Result<Found, ReadError> {
     let bytes = source.bytes()?;
     let text = String::from_utf8(bytes).map_err(|_| {
         Fault::whole("is no text in UTF-8; save it as plain SVG, not compressed and not in another encoding")
@@ -89,7 +94,8 @@ pub fn read(source: &mut Source, reading: &Reading<'_>) -> Result<Found, ReadErr
         out: Flattener::new(reading.tolerance_mm),
         layers: Layers::default(),
         strokes: Vec::new(),
-        left: MOST_ELEMENTS,
+        most,
+        left: most,
         undrawn: BTreeMap::new(),
         reading,
     };
@@ -155,7 +161,9 @@ struct Walk<'a, 'i> {
     out: Flattener,
     layers: Layers,
     strokes: Vec<Stroke>,
-    /// Elements that may still be drawn.
+    /// Elements that may be drawn.
+    most: usize,
+    /// Those that still may.
     left: usize,
     /// What is not drawn or not as it is there, how often, and the line of the first.
     undrawn: BTreeMap<&'static str, (usize, u32)>,
@@ -180,8 +188,14 @@ impl<'a, 'i> Walk<'a, 'i> {
             let problem = format!("is within {DEEPEST} others, or in a use of itself; leave groups out");
             return Err(fault(node, problem));
         }
+        let most = self.most;
         self.left = self.left.checked_sub(1).ok_or_else(|| {
-            fault(node, format!("is one of more than {MOST_ELEMENTS} elements, each counted as often as it is used; draw less at a time"))
+            fault(
+                node,
+                format!(
+                    "is one of more than {most} elements, each counted as often as it is used; draw less at a time"
+                ),
+            )
         })?;
         if self.left.is_multiple_of(1 << 12) && (self.reading.stops)() {
             return Err(ReadError::Stopped);

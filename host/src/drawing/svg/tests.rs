@@ -1,8 +1,11 @@
 use super::*;
+use crate::device;
 
 fn read_at(xml: &str, tolerance_mm: f64) -> Result<Found, String> {
     let mut source = Source::from_bytes("fed", xml.as_bytes().to_vec()).unwrap();
-    read(&mut source, &Reading { tolerance_mm, stops: &|| false }).map_err(|error| error.to_string())
+    let [gcode, hpgl] = ["grbl-servo", "hp7475a"].map(|name| device::find(name).unwrap());
+    read(&mut source, &Reading { tolerance_mm, gcode: &gcode, hpgl: &hpgl, stops: &|| false })
+        .map_err(|error| error.to_string())
 }
 
 /// What is within an SVG of 100 × 50 mm whose units are millimetres.
@@ -180,13 +183,18 @@ fn what_is_wrong_is_told_with_its_place() {
 
 #[test]
 fn what_uses_multiply_is_bounded() {
-    // Ten each time: 10⁹ in the end.
+    // Ten each time.
     let mut text = "<g id='u0'><path d='M0 0H1'/></g>".to_owned();
     for k in 1..10 {
         text += &format!("<defs><g id='u{k}'>{}</g></defs>", format!("<use href='#u{}'/>", k - 1).repeat(10));
     }
-    let message = within("", &format!("{text}<use href='#u9'/>")).unwrap_err();
-    assert!(message.contains("is one of more than 1000000 elements"), "{message}");
+    let text =
+        format!("<svg xmlns='http://www.w3.org/2000/svg' width='9mm' height='9mm'>{text}<use href='#u9'/></svg>");
+    let device = device::find("grbl-servo").unwrap();
+    let reading = Reading { tolerance_mm: 0.1, gcode: &device, hpgl: &device, stops: &|| false };
+    let mut source = Source::from_bytes("fed", text.into_bytes()).unwrap();
+    let message = read_most(&mut source, &reading, 1000).unwrap_err().to_string();
+    assert!(message.contains("is one of more than 1000 elements"), "{message}");
 }
 
 #[test]
@@ -194,6 +202,7 @@ fn reading_can_be_stopped() {
     let text =
         format!("<svg xmlns='http://www.w3.org/2000/svg' width='9mm' height='9mm'>{}</svg>", "<g/>".repeat(5000));
     let mut source = Source::from_bytes("fed", text.into_bytes()).unwrap();
-    let stopped = read(&mut source, &Reading { tolerance_mm: 0.1, stops: &|| true });
+    let device = device::find("grbl-servo").unwrap();
+    let stopped = read(&mut source, &Reading { tolerance_mm: 0.1, gcode: &device, hpgl: &device, stops: &|| true });
     assert!(matches!(stopped, Err(ReadError::Stopped)));
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::Plane;
 
@@ -58,6 +58,11 @@ impl Arc {
             angle += TAU;
         }
         Some(Self { plane, from, to, angle, rise: way[across] })
+    }
+
+    /// Its centre from where it begins, in mm, and its angle, counter-clockwise in radians, if it is one on the paper too.
+    pub(super) fn on_paper(&self) -> Option<(DVec2, f64)> {
+        (self.plane == Plane::Xy).then(|| (-DVec2::from(self.from), self.angle))
     }
 
     /// Length of its image on the paper, the xy plane, mm. Arcs of other planes are followed by chords of a degree or less.
