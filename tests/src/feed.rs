@@ -8,6 +8,7 @@ mod machine;
 use std::cell::Cell;
 
 use penvis::device::{self, Device};
+use penvis::drawing::{self, DrawingFormat};
 use penvis::journal;
 use penvis::model::{FORMATS, Import, ModelFormat, ReadError, Reading, Source, Watch};
 use penvis::preflight;
@@ -20,13 +21,22 @@ const LONGEST_MESSAGE: usize = 1000;
 /// Devices whose languages jobs are held against, one each.
 const JOB_DEVICES: [&str; 3] = ["grbl-servo", "marlin-servo", "hp7475a"];
 
-/// What reads bytes, by the names of the fuzz targets and of the folders of their inputs: the model formats, and
+/// The formats of drawings, by the names of their fuzz targets.
+const DRAWINGS: [(&str, DrawingFormat); 4] = [
+    ("drawing-json", DrawingFormat::Json),
+    ("svg", DrawingFormat::Svg),
+    ("drawn-gcode", DrawingFormat::Gcode),
+    ("drawn-hpgl", DrawingFormat::Hpgl),
+];
+
+/// What reads bytes, by the names of the fuzz targets and of the folders of their inputs: the model formats, those of drawings, and
 /// then jobs for plotters, device profiles, journals of plots, scenes for boards, and what the firmware hears on its line (as lines, as words of G-code, as HPGL) and finds in its memory.
 #[must_use]
 pub fn names() -> Vec<String> {
     FORMATS
         .iter()
         .map(slug)
+        .chain(DRAWINGS.map(|(name, _)| name.to_owned()))
         .chain(["job", "device", "journal", "firmware", "packed", "gcode", "hpgl", "storage"].map(str::to_owned))
         .collect()
 }
@@ -52,9 +62,10 @@ pub fn feed(name: &str, bytes: &[u8]) {
         "gcode" => machine::gcode(bytes),
         "hpgl" => machine::hpgl(bytes),
         "storage" => machine::storage(bytes),
-        _ => match FORMATS.iter().find(|f| slug(f) == name) {
-            Some(format) => drop(model(format, bytes)),
-            None => panic!("nothing is called {name}; these are: {}", names().join(", ")),
+        _ => match (FORMATS.iter().find(|f| slug(f) == name), DRAWINGS.iter().find(|(own, _)| *own == name)) {
+            (Some(format), _) => drop(model(format, bytes)),
+            (None, Some((_, format))) => drawing(*format, bytes),
+            (None, None) => panic!("nothing is called {name}; these are: {}", names().join(", ")),
         },
     }
 }
@@ -91,6 +102,29 @@ pub fn model(format: &ModelFormat, bytes: &[u8]) -> Result<Import, ReadError> {
         Err(error) => is_a_line(&error.to_string()),
     }
     result
+}
+
+/// Reads a drawing: all of its strokes are on some paper, however it is written.
+fn drawing(format: DrawingFormat, bytes: &[u8]) {
+    let mut source = Source::from_bytes("fed", bytes.to_vec()).expect("memory does not fail");
+    let [gcode, hpgl] = ["grbl-servo", "hp7475a"].map(|name| device::find(name).expect("a built-in profile"));
+    let reading = drawing::Reading { tolerance_mm: 0.1, gcode: &gcode, hpgl: &hpgl, stops: &|| false };
+    match format.read(&mut source, &reading) {
+        Ok(found) => {
+            found.notes.iter().for_each(|note| is_a_line(note));
+            for line in &found.drawing.polylines {
+                assert!(line.page.len() >= 2 && line.points.len() == line.page.len(), "{} points", line.page.len());
+                assert!(line.page.iter().all(|p| p.is_finite() && p.abs().max_element() <= 1e4), "a point on no paper");
+                assert!(
+                    line.pen >= 1 && !line.layer.chars().any(char::is_control),
+                    "{} with pen {}",
+                    line.layer,
+                    line.pen
+                );
+            }
+        }
+        Err(error) => is_a_line(&error.to_string()),
+    }
 }
 
 /// Checks a job as for sending it, in all languages.

@@ -98,7 +98,9 @@ pub enum EmitError {
         y: f64,
     },
     /// The plotter has fewer pens.
-    #[error("the drawing wants pen {pen} and `{device}` holds {pens}; choose another --device or --hidden dashed")]
+    #[error(
+        "the drawing wants pen {pen} and `{device}` holds {pens}; give its layers pens up to that with --pen LAYER=N, or choose another --device or --hidden dashed"
+    )]
     Pen {
         /// The pen wanted.
         pen: u32,

@@ -161,7 +161,7 @@ fn what_is_wrong_is_told_with_its_place() {
         (whole("<html/>"), "is no SVG: its first element is not svg"),
         (whole(&svg("")), "says no size; give the svg element width and height, or a viewBox"),
         (whole(&svg("width='0' height='1'")), "svg: is 0.0 × 0.3 mm large, which is no sheet"),
-        (whole(&svg("width='99m' height='1in'")), "says no size"),
+        (whole(&svg("width='99m' height='1in'")), "says a width that is no length, `99m`"),
         (within("", "<path d='M0 0H1e9'/>").unwrap_err(), "line 2, path: has a coordinate of more than 10000 mm"),
         (
             within("", "\n<g id='a' transform='skew(1)'/>").unwrap_err(),

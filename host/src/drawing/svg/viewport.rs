@@ -97,11 +97,13 @@ pub(super) fn fit(node: Node<'_, '_>, size: DVec2) -> (DAffine2, Viewport) {
 /// If they say no size; what to do.
 pub(super) fn size(root: Node<'_, '_>) -> Result<DVec2, String> {
     let view = view_box(root);
-    let said = |name: &str| -> Option<f64> {
-        let length: Length = root.attribute(name)?.trim().parse().ok()?;
-        (length.unit != LengthUnit::Percent).then(|| px(length))
+    let said = |name: &str| -> Result<Option<f64>, String> {
+        let Some(text) = root.attribute(name).map(str::trim).filter(|text| *text != "auto") else { return Ok(None) };
+        let wrong = |_| format!("says a {name} that is no length, `{text}`; give a number of mm, cm, in, pt or px");
+        let length: Length = text.parse().map_err(wrong)?;
+        Ok((length.unit != LengthUnit::Percent).then(|| px(length)))
     };
-    let size = match (said("width"), said("height"), view) {
+    let size = match (said("width")?, said("height")?, view) {
         (Some(width), Some(height), _) => DVec2::new(width, height),
         (Some(width), None, Some(view)) => DVec2::new(width, width * view.h / view.w),
         (None, Some(height), Some(view)) => DVec2::new(height * view.w / view.h, height),
@@ -135,7 +137,8 @@ mod tests {
         close("height='75mm' width='100%' viewBox='0 0 4 3'", 100.0, 75.0);
         close("viewBox='-5 -5 96 192'", 25.4, 50.8);
         assert!(mm("width='100mm'").unwrap_err().contains("no size"));
-        assert!(mm("width='many' height='3'").unwrap_err().contains("no size"));
+        assert!(mm("width='many' height='3'").unwrap_err().contains("says a width that is no length, `many`"));
+        assert!(mm("width='auto' height='3'").unwrap_err().contains("no size"));
     }
 
     #[test]
