@@ -85,8 +85,8 @@ pub struct DrawingArgs {
     /// Width in mm of the pens that have none in the scene: in SVG and PNG, and for --shade
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     pub pen_width: f64,
-    /// Pens by what they draw: LAYER=N for boundary, crease, silhouette, iso, smooth, intersection, iso-K (with --iso-levels), hidden or
-    /// hidden-K (with --qi), or a layer of a drawing, or N for all that is visible [default: the scene's, or 1, and pens beyond it for what is hidden]
+    /// Pens by what they draw: LAYER=N for boundary, crease, silhouette, iso, smooth, intersection, iso-K (with --iso-levels), hidden,
+    /// hidden-K (with --qi), marks or title, or a layer of a drawing, or N for all that is visible [default: the scene's, or 1, and pens beyond it for what is hidden]
     #[arg(long, value_name = "LAYER=N", value_delimiter = ',')]
     pub pen: Vec<String>,
     /// What becomes of hidden curves: omit, dashed, or layer (in full, with the next pen) [default: the scene's, or omit, or
@@ -131,6 +131,12 @@ pub struct DrawingArgs {
     /// Where its lower left corner is put, from that of the sheet, or center [default: the scene's, or center]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub position: Option<String>,
+    /// Draw a cross in each corner inside the margins, with each pen that is used, to bring sheets and pens into register [default: the scene's]
+    #[arg(long)]
+    pub marks: bool,
+    /// Write a line of text at the lower left inside the margins [default: the scene's]
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
     /// Cut off what lies beyond the margins, or beyond the reach of the plotter, rather than refuse a picture that does not fit
     #[arg(long)]
     pub clip: bool,

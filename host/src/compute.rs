@@ -181,7 +181,8 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     progress.stage("ordering");
     let started = Instant::now();
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
-    let polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
+    let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
+    polylines.extend(settled.marking.strokes(&polylines, settled.page, settled.edge_mm)?);
     let mut path = path.settle(&polylines, &settled.pens, settled.tolerance_mm);
     path.joining.hidden = !settled.inks.have_dashes();
     if curved {

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::device::DeviceError;
 use crate::emit::EmitError;
+use crate::marking::MarkError;
 use crate::model::ModelError;
 use crate::options::OptionError;
 use crate::page::LayoutError;
@@ -55,6 +56,9 @@ pub enum Error {
     /// The picture does not go on the paper.
     #[error(transparent)]
     Layout(#[from] LayoutError),
+    /// The sheet cannot be marked.
+    #[error(transparent)]
+    Mark(#[from] MarkError),
     /// A board could not draw it.
     #[error(transparent)]
     Store(#[from] StoreError),

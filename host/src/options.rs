@@ -143,6 +143,8 @@ impl DrawingOptions {
             size: paper::size(args)?,
             position: args.position.as_deref().map(paper::position).transpose()?,
             clip: args.clip.then_some(true),
+            marks: args.marks.then_some(true),
+            title: args.title.clone(),
         };
         if let Some(margin_mm) = args.margin
             && !(margin_mm.is_finite() && margin_mm >= 0.0)

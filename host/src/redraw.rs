@@ -13,6 +13,7 @@ use crate::device::Device;
 use crate::drawing::{Drawing, DrawingFormat, Found, Page, Reading};
 use crate::error::Error;
 use crate::interrupt;
+use crate::marking::{MARKS_LAYER, TITLE_LAYER};
 use crate::model::{ReadError, Source, View};
 use crate::options::{DrawingOptions, OptionError, bad};
 use crate::page::{self, Layout, PathChoice, Placing, Position, Size, Window};
@@ -146,6 +147,7 @@ impl Redraw {
         let started = Instant::now();
         let Found { mut drawing, view, colours, notes } = found;
         self.choose_pens(&mut drawing, &colours, options.pen_width_mm)?;
+        let marking = options.sheet.marking(self.layers.clone());
         let reach = reach(drawing.page)?;
         if let Some(layout) = window {
             let layout = reach.map_or(Ok(layout), |reach| layout.within(reach))?;
@@ -154,6 +156,9 @@ impl Redraw {
                 whole.into_iter().for_each(|polyline| page::clip(polyline, window, &mut drawing.polylines));
             }
         }
+        let edge_mm = options.sheet.margin_mm.unwrap_or_else(|| page::default_margin_mm(drawing.page));
+        let marks = marking.strokes(&drawing.polylines, drawing.page, edge_mm)?;
+        drawing.polylines.extend(marks);
         // What is hidden may be dashes, and stays as it is.
         let path = path.settle(&drawing.polylines, &drawing.pens, options.sheet.settled_tolerance_mm());
         drawing.polylines = path.through(drawing.polylines, &interrupt::is_wanted);
@@ -196,7 +201,8 @@ impl Redraw {
         pen_width_mm: f64,
     ) -> Result<(), Error> {
         for (layer, pen) in &self.layers {
-            if !drawing.polylines.iter().any(|p| p.layer == *layer) {
+            let is_marking = matches!(layer.as_str(), MARKS_LAYER | TITLE_LAYER);
+            if !is_marking && !drawing.polylines.iter().any(|p| p.layer == *layer) {
                 let mut names: Vec<&str> = drawing.polylines.iter().map(|p| p.layer.as_str()).collect();
                 names.sort_unstable();
                 names.dedup();
@@ -271,7 +277,12 @@ fn place(drawing: &mut Drawing, options: &DrawingOptions) -> Result<Option<Layou
     };
     let stays = sheet.size.is_none() && sheet.position.is_none() && page == own;
     // Its own margins are unknown, and what stays where it is asks for none.
-    let margin_mm = sheet.margin_mm.unwrap_or_else(|| if stays { 0.0 } else { page::default_margin_mm(page) });
+    let margin_mm = match sheet.margin_mm {
+        None if stays => 0.0,
+        margin_mm => {
+            margin_mm.unwrap_or_else(|| page::default_margin_mm(page)) + sheet.marking(BTreeMap::new()).band_mm()
+        }
+    };
     let placing = Placing {
         size: sheet.size.unwrap_or(Size::Scale(1.0)),
         position: if stays { Position::At(low) } else { sheet.position.unwrap_or_default() },

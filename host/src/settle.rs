@@ -4,6 +4,7 @@ use penvis_core::extract::{CurveSet, Style, Styles};
 
 use crate::drawing::Page;
 use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
+use crate::marking::{MARKS_LAYER, Marking, TITLE_LAYER};
 use crate::model::Model;
 use crate::options::{DrawingOptions, OptionError};
 use crate::page::{Hidden, Ink, Inks, Layout, Placing, SIMPLIFIED_SHARE};
@@ -15,8 +16,12 @@ use crate::style::StyleChoice;
 pub struct Settled {
     /// The sheet.
     pub page: Page,
-    /// Margin on all sides in mm.
+    /// Margin on all sides of the sheet in mm, to which marks and a title reach.
+    pub edge_mm: f64,
+    /// Margin on all sides of the picture in mm: that of the sheet, and what marks and a title take of it.
     pub margin_mm: f64,
+    /// What is drawn beside the picture, if anything is.
+    pub marking: Marking,
     /// Size and place of the picture on it.
     pub placing: Placing,
     /// Largest distance in mm between a curve and its polyline.
@@ -42,7 +47,12 @@ impl Settled {
     /// If a sheet is none, or the margins leave nothing of it.
     pub fn new(options: &DrawingOptions, model: &Model) -> Result<Self, OptionError> {
         let sheet = options.sheet.or(&model.sheet);
-        let (page, margin_mm) = sheet.settle()?;
+        let (page, edge_mm) = sheet.settle()?;
+        let is_marking = |layer: &str| matches!(layer, MARKS_LAYER | TITLE_LAYER);
+        let (marking_pens, layer_pens) =
+            options.layer_pens.clone().into_iter().partition(|(layer, _)| is_marking(layer));
+        let marking = sheet.marking(marking_pens);
+        let margin_mm = edge_mm + marking.band_mm();
         Layout::room(page, margin_mm)?;
         let choices = model.choices();
         let looks: Vec<(Style, Ink)> = choices.iter().map(|&c| look(options, c)).collect();
@@ -58,11 +68,13 @@ impl Settled {
         };
         Ok(Self {
             page,
+            edge_mm,
             margin_mm,
+            marking,
             placing: sheet.placing(),
             tolerance_mm: sheet.settled_tolerance_mm(),
             styles: Styles::new(styles),
-            inks: Inks::new(inks).with_layers(options.layer_pens.clone()),
+            inks: Inks::new(inks).with_layers(layer_pens),
             pens: Pens::new(model.pens.clone(), options.pen_width_mm),
             adaptive,
             isos,

@@ -31,6 +31,9 @@ pub enum StoreError {
     /// Pens by kind.
     #[error("--pen: a board draws all visible curves of a surface with one pen; give --pen N")]
     Pens,
+    /// Marks, or a title.
+    #[error("--marks, --title: a board draws the model alone; leave them out")]
+    Marks,
     /// A picture that is cut off.
     #[error("--clip: a board draws whole strokes; leave it out, and give a --scale, --width or --height that fits")]
     Clip,
@@ -57,6 +60,9 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
     let Placed { scene, view, wanted, layout, settled, .. } = place(loaded)?;
     if settled.adaptive.is_some() {
         return Err(StoreError::Adaptive.into());
+    }
+    if settled.marking.marks || settled.marking.title.is_some() {
+        return Err(StoreError::Marks.into());
     }
     if layout.window().is_some() {
         return Err(StoreError::Clip.into());

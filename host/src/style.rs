@@ -1,9 +1,12 @@
 //! How objects are drawn and on which sheet, as far as somebody says: a scene file, and above it the command line.
 
+use std::collections::BTreeMap;
+
 use penvis_core::extract::CurveSet;
 use penvis_core::stroke::CurveKind;
 
 use crate::drawing::Page;
+use crate::marking::Marking;
 use crate::page::{self, DashPattern, Hidden, KindPens, Orientation, Placing, Position, SheetError, Size};
 
 /// Kinds of curve by the names that users give them.
@@ -71,6 +74,10 @@ pub struct SheetChoice {
     pub position: Option<Position>,
     /// Whether what lies beyond the margins is cut off.
     pub clip: Option<bool>,
+    /// Whether there are registration marks.
+    pub marks: Option<bool>,
+    /// A title.
+    pub title: Option<String>,
 }
 
 impl SheetChoice {
@@ -86,7 +93,15 @@ impl SheetChoice {
             size: self.size.or(other.size),
             position: self.position.or(other.position),
             clip: self.clip.or(other.clip),
+            marks: self.marks.or(other.marks),
+            title: self.title.clone().or_else(|| other.title.clone()),
         }
+    }
+
+    /// What is drawn beside the picture, with these pens for its layers.
+    #[must_use]
+    pub fn marking(&self, pens: BTreeMap<String, u32>) -> Marking {
+        Marking { marks: self.marks.unwrap_or_default(), title: self.title.clone(), pens }
     }
 
     /// Size and place of the picture.

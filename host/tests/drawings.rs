@@ -236,3 +236,39 @@ fn drawings_are_drawn_together_and_plotted() {
     assert!(said.contains(" 566 mm of ink,") && said.contains("art.svg: 1 × text"), "{said}");
     assert!(fs::read_to_string(folder.path().join("ink.svg")).unwrap().contains("<path"));
 }
+
+#[test]
+fn marks_and_a_title_are_drawn_beside_the_picture() {
+    let folder = folder_with_model();
+    let scene = "[[object]]\nmodel = \"model.json\"\npen = 3\n[page]\nmarks = true\ntitle = \"Sail: 1\"\n";
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    told(&folder, "draw scene.toml --iso 2 --hidden layer --pen title=7 -o a.json");
+    let a = drawing(&folder, "a.json");
+    let pens = |name: &str| -> Vec<u64> {
+        let lines = a["polylines"].as_array().unwrap().iter().filter(|line| line["layer"] == name);
+        lines.map(|line| line["pen"].as_u64().unwrap()).collect()
+    };
+    // The picture's pen, that of what is hidden, and the title's; a cross is two strokes.
+    assert_eq!([3, 4, 7].map(|pen| pens("marks").iter().filter(|p| **p == pen).count()), [8; 3]);
+    assert_eq!(pens("marks").len(), 24);
+    assert!(pens("title").len() > 6 && pens("title").iter().all(|pen| *pen == 7));
+    // Nothing of the picture is where they are.
+    for name in ["boundary", "iso"] {
+        assert!(layer(&a, name).concat().iter().all(|p| p[0] >= 22.0 && p[1] >= 22.0), "{name}");
+    }
+    assert!(layer(&a, "title").concat().iter().all(|p| p[0] >= 22.0 && (15.0..22.0).contains(&(p[1] + 1e-9))));
+
+    fs::write(folder.path().join("art.svg"), SVG).unwrap();
+    told(&folder, "draw art.svg --title Art --marks --pen marks=2 -o b.json");
+    let b = drawing(&folder, "b.json");
+    assert_eq!((layer(&b, "marks").len(), layer(&b, "frame").len()), (8, 1));
+    for (words, expected) in [
+        ("draw model.json --title \u{3b1} -o c.svg", "there is no letter for 'α'"),
+        ("pack model.json --marks -o c.pv", "a board draws the model alone"),
+        ("draw model.json --paper 30x30mm --margin 5 --title much-too-long-for-it -o c.svg", "make it shorter"),
+    ] {
+        let done = penvis(folder.path(), words);
+        let told = String::from_utf8(done.stderr).unwrap();
+        assert!(!done.status.success() && told.contains(expected) && told.lines().count() == 1, "{words}: {told}");
+    }
+}

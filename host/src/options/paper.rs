@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{OptionError, bad};
 use crate::args::DrawingArgs;
+use crate::marking::{MARKS_LAYER, TITLE_LAYER};
 use crate::page::{self, KindPens, Orientation, Position, Size};
 use crate::style::{self, MOST_PENS};
 
@@ -16,7 +17,7 @@ pub(super) fn orientation(args: &DrawingArgs) -> Option<Orientation> {
     }
 }
 
-/// Pens by kind, and by layer where a layer is only some of a kind.
+/// Pens by kind, and by layer where a layer is only some of a kind or none.
 pub(super) fn pens(words: &[String]) -> Result<(KindPens, BTreeMap<String, u32>), OptionError> {
     let (mut kinds, mut layers) = (KindPens::default(), BTreeMap::new());
     for word in words {
@@ -27,7 +28,7 @@ pub(super) fn pens(words: &[String]) -> Result<(KindPens, BTreeMap<String, u32>)
         };
         let is_part = |layer: &str| {
             let part = ["iso-", "hidden-"].iter().find_map(|start| layer.strip_prefix(start));
-            part.is_some_and(|k| k.parse::<u32>().is_ok_and(|k| k > 0))
+            part.is_some_and(|k| k.parse::<u32>().is_ok_and(|k| k > 0)) || matches!(layer, MARKS_LAYER | TITLE_LAYER)
         };
         match layer {
             None => kinds = kinds.or(KindPens::all(pen)),

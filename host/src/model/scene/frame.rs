@@ -13,8 +13,8 @@ use crate::style::SheetChoice;
 pub(super) const CAMERA: [&str; 5] = ["view", "up", "perspective", "eye", "target"];
 
 /// Keys of the page.
-pub(super) const PAGE: [&str; 9] =
-    ["paper", "orientation", "margin", "tolerance", "scale", "width", "height", "position", "clip"];
+pub(super) const PAGE: [&str; 11] =
+    ["paper", "orientation", "margin", "tolerance", "scale", "width", "height", "position", "clip", "marks", "title"];
 
 /// The view that the camera fixes, if it stands at a point, and what it asks of the view otherwise.
 ///
@@ -77,6 +77,8 @@ pub(super) fn page(table: &Table<'_>) -> Result<SheetChoice, Fault> {
         size: size(table)?,
         position: table.get("position").map(position).transpose()?,
         clip: table.get("clip").map(|item| item.flag()).transpose()?,
+        marks: table.get("marks").map(|item| item.flag()).transpose()?,
+        title: table.get("title").map(|item| item.text().map(str::to_owned)).transpose()?,
     };
     let (page, margin_mm) = sheet.settle().map_err(|error| match table.get("paper") {
         Some(item) => item.fault(format!("is no paper: {error}")),
