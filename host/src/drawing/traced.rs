@@ -99,7 +99,14 @@ impl Traced {
             Polyline::stroke(layer, pen, points)
         });
         let polylines = polylines.collect();
-        let drawing = Drawing { name: name.to_owned(), page: self.page, isos: 0, pens: Pens::default(), polylines };
+        let drawing = Drawing {
+            name: name.to_owned(),
+            page: self.page,
+            isos: 0,
+            pens: Pens::default(),
+            slack_mm: 0.0,
+            polylines,
+        };
         Ok(Found { drawing, view: None, colours: BTreeMap::new(), notes })
     }
 }
