@@ -11,12 +11,13 @@ use crate::args::DrawingArgs;
 use crate::compute::Computed;
 use crate::device::Device;
 use crate::drawing::{Drawing, DrawingFormat, Found, Page, Reading};
+use crate::emit::SLACK_PART;
 use crate::error::Error;
 use crate::interrupt;
 use crate::marking::{MARKS_LAYER, TITLE_LAYER};
 use crate::model::{ReadError, Source, View};
 use crate::options::{DrawingOptions, OptionError, bad};
-use crate::page::{self, Layout, PathChoice, Placing, Position, Size, Window};
+use crate::page::{self, Layout, PathChoice, Placing, Position, SIMPLIFIED_SHARE, Size, Window};
 use crate::pens::{Pen, Pens};
 use crate::progress::Progress;
 use crate::stats::Seconds;
@@ -114,7 +115,7 @@ impl Redraw {
         &self.args
     }
 
-    /// Reads the drawing, which is for one of these `plotters` if it is for a plotter, puts it on its page, cuts off what is to be cut off, and finds a path of the pen of which this is asked. `reach` says what the
+    /// Reads the drawing, which is for one of these `plotters` if it is for a plotter, puts it on its page, cuts off what is to be cut off, and finds a path of the pen of which this is asked. `curved` says whether arcs are to be fitted to it. `reach` says what the
     /// plotters reach of a page, or refuses it.
     ///
     /// It keeps its size, and its place too if the sheet is its own: then no coordinate changes. On another sheet it is put in the middle.
@@ -125,6 +126,7 @@ impl Redraw {
         &self,
         options: &DrawingOptions,
         path: PathChoice,
+        curved: bool,
         plotters: Plotters<'_>,
         progress: &Progress,
         reach: impl FnOnce(Page) -> Result<Option<Window>, Error>,
@@ -132,7 +134,11 @@ impl Redraw {
         interrupt::watch();
         progress.stage("reading");
         let started = Instant::now();
-        let tolerance_mm = options.sheet.settled_tolerance_mm();
+        // Polylines that were read as they are have no tolerance left.
+        let whole_mm = options.sheet.settled_tolerance_mm();
+        let curved = curved && self.files.iter().all(|(_, format)| format.has_curves());
+        let slack_mm = if curved { whole_mm * SLACK_PART } else { 0.0 };
+        let tolerance_mm = if curved { whole_mm - slack_mm } else { whole_mm * (1.0 - SIMPLIFIED_SHARE) };
         let mut found = self.read(tolerance_mm, plotters)?;
         let mut window = place(&mut found.drawing, options)?;
         // What is enlarged was to be read more closely. The points are on the curves, so that the finer ones are as far apart but for two tolerances, and the
@@ -160,7 +166,12 @@ impl Redraw {
         let marks = marking.strokes(&drawing.polylines, drawing.page, edge_mm)?;
         drawing.polylines.extend(marks);
         // What is hidden may be dashes, and stays as it is.
-        let path = path.settle(&drawing.polylines, &drawing.pens, options.sheet.settled_tolerance_mm());
+        let mut path = path.settle(&drawing.polylines, &drawing.pens, whole_mm);
+        if curved {
+            // Arcs and lines leave vertices out by themselves.
+            path.joining.chord_mm = 0.0;
+        }
+        drawing.slack_mm = slack_mm;
         drawing.polylines = path.through(drawing.polylines, &interrupt::is_wanted);
         if interrupt::is_wanted() {
             return Err(Error::Interrupted { doing: "ordering strokes".into() });

@@ -163,6 +163,9 @@ fn an_svg_is_drawn_where_and_as_large_as_it_is() {
     }
     let gcode = fs::read_to_string(folder.path().join("a.gcode")).unwrap();
     assert!(gcode.contains("X180 Y20") && gcode.contains("M0"), "{gcode}");
+    // A circle is a few arcs, and a frame is none.
+    let count = |words: &[&str]| gcode.lines().filter(|line| words.iter().any(|word| line.starts_with(word))).count();
+    assert!((2..8).contains(&count(&["G2 ", "G3 "])) && count(&["G1 "]) == 4, "{gcode}");
 }
 
 #[test]

@@ -34,8 +34,10 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     let progress = Progress::start();
     let path = options.order.path(&options.estimated);
     let plotters = Plotters { gcode: &options.gcode, hpgl: &options.hpgl };
+    let curved =
+        options.outputs.iter().any(|o| o.format == Format::Gcode) && options.order.arcs.in_file(&options.gcode);
     let mut computed = match &redraw {
-        Some(redraw) => redraw.compute(&options.drawing, path, plotters, &progress, |page| {
+        Some(redraw) => redraw.compute(&options.drawing, path, curved, plotters, &progress, |page| {
             options.check_page(page)?;
             Ok(options.reach(page))
         })?,
@@ -45,8 +47,6 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
             options.check_page(loaded.page())?;
             options.check_files(loaded.files())?;
             let reach = options.reach(loaded.page());
-            let curved =
-                options.outputs.iter().any(|o| o.format == Format::Gcode) && options.order.arcs.in_file(&options.gcode);
             compute(loaded.reaching(reach).curved(curved).along(path))?
         }
     };

@@ -383,6 +383,7 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
     }
     let progress = Progress::start();
     let reach = |page| -> Result<_, Error> { Ok(Some(device.place(page).map_err(OptionError::from)?.reach())) };
+    let curved = order.arcs.on_line(device);
     let Computed { drawing, stats, seconds, notes, .. } = match &redraw {
         Some(redraw) => {
             // A file in another language is for a common plotter of that.
@@ -392,12 +393,12 @@ fn draw(args: &PlotArgs, device: &Device) -> Result<Job, PlotError> {
                 Language::Grbl(_) | Language::Marlin(_) => Plotters { gcode: device, hpgl: &hpgl },
                 Language::Hpgl(_) => Plotters { gcode: &gcode, hpgl: device },
             };
-            redraw.compute(&options, path, plotters, &progress, reach)?
+            redraw.compute(&options, path, curved, plotters, &progress, reach)?
         }
         None => {
             let loaded = load(&options, &progress)?;
             let reach = reach(loaded.page())?;
-            compute(loaded.reaching(reach).curved(order.arcs.on_line(device)).along(path))?
+            compute(loaded.reaching(reach).curved(curved).along(path))?
         }
     };
     drop(progress);
