@@ -11,10 +11,12 @@ use glam::{DVec2, DVec3};
 use penvis::device::{self, Device, Language};
 use penvis::drawing::{Drawing, Page, Polyline};
 use penvis::emit;
+use penvis::options::Arcs;
 use penvis::pens::Pens;
-use penvis::protocol::{self, Control, Progress};
+use penvis::protocol::{self, Control, Progress, grbl, hpgl};
 use penvis::sim::{Fault, FaultKind, Faults, Recording, SimClock, SimName, SimPort, Traffic};
 use penvis::stream::{self, Clock, Observer};
+use penvis::trace::gcode::{Machine, chorded};
 use penvis_core::stroke::{Certainty, CurveKind};
 
 use crate::ink::Ink;
@@ -125,12 +127,23 @@ impl Bench {
     pub fn new(port: &str, device: &str) -> Result<Self, String> {
         let name = SimName::parse(port).ok_or("no simulated port")?.map_err(|e| e.to_string())?;
         let device = device::find(device).map_err(|e| e.to_string())?;
-        let drawing = drawing();
+        let drawing = drawing(Arcs::Auto.in_file(&device));
         let job = match device.language {
             Language::Hpgl(_) => emit::hpgl(&drawing, &device),
             _ => emit::gcode(&drawing, &device),
         };
-        let job = job.map_err(|e| e.to_string())?.into_bytes();
+        let mut job = job.map_err(|e| e.to_string())?.into_bytes();
+        if let Some(language) = device.language.gcode() {
+            // A file has arcs, and goes to plotters without checksums as when it is plotted.
+            let machine = Machine::new(&device, language);
+            let chorded = chorded(&job, language.line_limit, &machine).map_err(|e| e.to_string())?;
+            if chorded.arcs == 0 || !chorded.left.is_empty() {
+                return Err(format!("{} arcs, and {:?} left", chorded.arcs, chorded.left));
+            }
+            if !Arcs::Auto.on_line(&device) {
+                job = chorded.job;
+            }
+        }
         let wanted = Ink::new(&drawing);
         let (traffic, took) = (Traffic::default(), Duration::ZERO);
         let mut bench = Self { name, device, job, page: drawing.page, wanted, traffic, took };
@@ -187,13 +200,19 @@ impl Bench {
         if run.executed == 0 {
             return Ok(None);
         }
-        let end = match self.device.language {
-            Language::Hpgl(_) => b';',
-            _ => b'\n',
+        // As they are counted: an instruction of the file may be several.
+        let pieces: Vec<u8> = match &self.device.language {
+            Language::Hpgl(_) => {
+                let job = hpgl::Job::new(&self.job).map_err(|e| e.to_string())?;
+                job.instructions().iter().take(run.executed).flatten().copied().collect()
+            }
+            Language::Grbl(language) | Language::Marlin(language) => {
+                let text = String::from_utf8_lossy(&self.job);
+                let job = grbl::Job::new(&text, language.line_limit).map_err(|e| e.to_string())?;
+                job.lines().iter().take(run.executed).flat_map(|line| line.text.bytes().chain([b'\n'])).collect()
+            }
         };
-        let ends = self.job.iter().enumerate().filter(|(_, byte)| **byte == end).map(|(at, _)| at + 1);
-        let length = ends.take(run.executed).last().unwrap_or(0);
-        let done = self.run(&self.job[..length], Faults::default(), PATIENCE * 4)?;
+        let done = self.run(&pieces, Faults::default(), PATIENCE * 4)?;
         if !matches!(done.result, Some(Ok(()))) {
             return Err(format!("the first {} pieces cannot be plotted by themselves", run.executed));
         }
@@ -287,9 +306,11 @@ impl Observer for User {
     fn paused(&mut self, _: bool) {}
 }
 
-/// Strokes of all kinds, each a few mm from the others: short and long ones, curves, corners, and dots.
-fn drawing() -> Drawing {
+/// Strokes of all kinds, each a few mm from the others: short and long ones, curves, corners, and dots. Circles are so fine that they are written as
+/// arcs if there are to be `arcs`.
+fn drawing(arcs: bool) -> Drawing {
     let v = DVec2::new;
+    let fine = if arcs { 10 } else { 1 };
     let circle = |centre: DVec2, r: f64, count: u32| {
         (0..=count)
             .map(|k| centre + r * DVec2::from_angle(f64::from(k) / f64::from(count) * std::f64::consts::TAU))
@@ -297,10 +318,10 @@ fn drawing() -> Drawing {
     };
     let mut lines: Vec<Vec<DVec2>> = vec![
         vec![v(30.0, 30.0), v(60.0, 30.0), v(60.0, 45.0), v(30.0, 45.0), v(30.0, 30.0)],
-        circle(v(80.0, 40.0), 9.0, 40),
+        circle(v(80.0, 40.0), 9.0, 40 * fine),
         (0..20).map(|k| v(100.0 + 2.0 * f64::from(k), 30.0 + f64::from(k % 2) * 7.5)).collect(),
         vec![v(105.0, 50.0), v(105.0, 50.0)],
-        circle(v(45.0, 70.0), 4.0, 24),
+        circle(v(45.0, 70.0), 4.0, 24 * fine),
         // Longer than what most of the plotters plan ahead, so that lines count as executed while it is drawn.
         (0..120).map(|k| v(70.0, 75.0) + 0.13 * f64::from(k) * DVec2::from_angle(0.25 * f64::from(k))).collect(),
         vec![v(110.0, 60.0), v(135.5, 88.25)],
@@ -328,7 +349,7 @@ fn drawing() -> Drawing {
         page,
         isos: 0,
         pens: Pens::default(),
-        slack_mm: 0.0,
+        slack_mm: if arcs { 0.0075 } else { 0.0 },
         polylines: polylines.collect(),
     }
 }
