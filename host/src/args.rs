@@ -166,7 +166,8 @@ pub struct PathArgs {
     pub arcs: Arcs,
 }
 
-/// Whether nothing is said of a drawing and of the path of the pen, so that all is as it is by default.
+/// Whether nothing is said of a drawing and of the path of the pen, so that all is as it is by default. How arcs are written is no such thing: those
+/// of a job that goes to a plotter as it is have a way of their own.
 #[must_use]
 pub fn say_nothing(drawing: &DrawingArgs, path: &PathArgs) -> bool {
     #[derive(Parser)]
@@ -176,5 +177,6 @@ pub fn say_nothing(drawing: &DrawingArgs, path: &PathArgs) -> bool {
         #[command(flatten)]
         path: PathArgs,
     }
-    Unsaid::try_parse_from(["penvis"]).is_ok_and(|unsaid| unsaid.drawing == *drawing && unsaid.path == *path)
+    let path = PathArgs { arcs: Arcs::default(), ..path.clone() };
+    Unsaid::try_parse_from(["penvis"]).is_ok_and(|unsaid| unsaid.drawing == *drawing && unsaid.path == path)
 }

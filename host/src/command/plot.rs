@@ -36,7 +36,7 @@ pub use resume::ResumeError;
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlotArgs {
     /// Built-in models (`penvis info --list`), model files or scenes, several as one; or drawings: .svg, .json, .gcode, .nc, .hpgl, .plt. One file in
-    /// the plotter's language goes as it is, unless an option of the drawing or of the path of the pen is given; then, and for a plotter of another language, it
+    /// the plotter's language goes as it is, unless an option of the drawing or of the path of the pen other than --arcs is given; then, and for a plotter of another language, it
     /// is laid out anew
     #[arg(required_unless_present = "resume", value_name = "MODEL|FILE")]
     pub jobs: Vec<String>,
@@ -564,6 +564,23 @@ mod tests {
         let message = plotted(&words(&["--fault", "reset@80"])).unwrap_err().to_string();
         assert!(message.contains("restarted"), "{message}");
         assert_ne!(fs::read_to_string(&out).unwrap(), whole);
+    }
+
+    #[test]
+    fn a_job_stays_what_it_is_however_its_arcs_go() {
+        let args = |words: &[&str]| {
+            Line::try_parse_from(["plot", "a.gcode", "--port", "sim"].iter().chain(words)).unwrap().args
+        };
+        for (words, stays) in [
+            (&[][..], true),
+            (&["--arcs", "on"], true),
+            (&["--arcs", "off"], true),
+            (&["--merge", "0"], false),
+            (&["--paper", "a4"], false),
+        ] {
+            let PlotArgs { drawing, path, .. } = args(words);
+            assert_eq!(say_nothing(&drawing, &path), stays, "{words:?}");
+        }
     }
 
     #[test]
