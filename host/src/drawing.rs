@@ -5,8 +5,8 @@ mod flatten;
 mod gcode;
 mod hpgl;
 pub mod json;
+pub(crate) mod simplify;
 pub mod svg;
-pub(crate) mod thin;
 mod traced;
 
 pub use file::{DrawingFormat, Found, Reading};

@@ -10,7 +10,6 @@ use super::Run;
 use super::arc::{Arc, GRID_MM, biarc, deviation, mm};
 use super::number::fixed;
 use crate::device::Gcode;
-use crate::drawing::thin::{farthest, follows};
 
 /// Decimals of coordinates in mm. GRBL reports with three, and a step is coarser.
 pub(super) const DECIMALS: usize = 3;
@@ -225,6 +224,64 @@ fn through([a, b, c]: [DVec2; 3], chord_mm: f64) -> Option<DVec2> {
         return None;
     }
     (before * (m / l) + after * (l / m)).try_normalize()
+}
+
+/// Whether the straight way from `start` to `end` passes `points` in their order, but for `back_mm` that they may go back, and within `slack_mm` of each.
+fn follows(start: DVec2, end: DVec2, points: &[DVec2], slack_mm: f64, back_mm: f64) -> bool {
+    let way = end - start;
+    let length = way.length();
+    let mut along = 0.0;
+    // Where the ends are one place, nothing compares as true.
+    points.iter().all(|p| {
+        let at = (*p - start).dot(way) / length;
+        let ordered = at >= along - back_mm;
+        along = at.max(along);
+        // Beyond the ends it is as far as they are.
+        let off = (*p - start - way * (at / length).clamp(0.0, 1.0)).length();
+        ordered && off <= slack_mm
+    })
+}
+
+/// The last vertex after `from` and up to `last` that `reach` accepts, with what it says of it, as far as doubling and halving the number of vertices finds it.
+fn farthest<T>(from: usize, last: usize, reach: impl Fn(usize) -> Option<T>) -> Option<(usize, T)> {
+    let mut found = None;
+    let (mut good, mut step) = (from, 1);
+    let mut bad = last + 1;
+    while good < last {
+        let to = (good + step).min(last);
+        match reach(to) {
+            Some(value) => {
+                found = Some((to, value));
+                good = to;
+                step *= 2;
+            }
+            // Two chords are the least that an arc is for.
+            None if step == 1 && good == from => {
+                step = 2;
+                if from + 2 > last {
+                    return found;
+                }
+                let value = reach(from + 2)?;
+                found = Some((from + 2, value));
+                good = from + 2;
+            }
+            None => {
+                bad = to;
+                break;
+            }
+        }
+    }
+    while good + 1 < bad {
+        let to = good.midpoint(bad);
+        match reach(to) {
+            Some(value) => {
+                found = Some((to, value));
+                good = to;
+            }
+            None => bad = to,
+        }
+    }
+    found
 }
 
 #[cfg(test)]

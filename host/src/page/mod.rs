@@ -13,7 +13,6 @@ mod overlap;
 mod path;
 mod placing;
 mod sheet;
-mod simplify;
 mod walk;
 
 pub use clip::{Window, clip};

@@ -1,8 +1,8 @@
 //! The path of the pen through what is on the paper.
 
-use super::simplify::simplify;
 use super::{Effort, draw_once, join, merge, order};
 use crate::drawing::Polyline;
+use crate::drawing::simplify::simplify;
 use crate::pens::Pens;
 
 /// Share of a pen's width over which ends are joined when nothing is said. The ink of the two ends, round as the pen, covers such a gap but for 3 % of
