@@ -7,12 +7,11 @@ use penvis_core::pipeline::{self, Monitor, PictureError, Prepared, Stage};
 use penvis_core::scene::Scene;
 
 use crate::drawing::{Drawing, Page};
-use crate::emit::SLACK_PART;
 use crate::error::Error;
 use crate::interrupt;
 use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
-use crate::page::{self, Layout, PathChoice, Window};
+use crate::page::{self, Layout, PathChoice, Shares, Window};
 use crate::progress::Progress;
 use crate::settle::Settled;
 use crate::stats::Seconds;
@@ -171,10 +170,8 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
-    // Where arcs follow the vertices, the polylines are to be near the curves themselves, and the arcs take the rest.
-    let slack_mm = if curved { settled.tolerance_mm * SLACK_PART } else { 0.0 };
-    let traced_mm = if curved { settled.tolerance_mm - slack_mm } else { settled.chord_mm() };
-    let tolerance = layout.to_screen_length(traced_mm);
+    let shares = Shares::of(settled.tolerance_mm, curved);
+    let tolerance = layout.to_screen_length(shares.traced_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let mut seconds = watch.finish();
 
@@ -183,19 +180,22 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
     let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
     polylines.extend(settled.marking.strokes(&polylines, settled.page, settled.edge_mm)?);
-    let mut path = path.settle(&polylines, &settled.pens, settled.tolerance_mm);
+    let mut path = path.settle(&polylines, &settled.pens, &shares);
     path.joining.hidden = !settled.inks.have_dashes();
-    if curved {
-        // Arcs and lines leave vertices out by themselves.
-        path.joining.chord_mm = 0.0;
-    }
     path.hatched_mm = settled.adaptive.map(|_| options.pen_width_mm);
     let polylines = path.through(polylines, &interrupt::is_wanted);
     if interrupt::is_wanted() {
         return Err(Error::Interrupted { doing: "ordering strokes".into() });
     }
     seconds.page = started.elapsed().as_secs_f64();
-    let drawing = Drawing { name, page: settled.page, isos: settled.isos, pens: settled.pens, slack_mm, polylines };
+    let drawing = Drawing {
+        name,
+        page: settled.page,
+        isos: settled.isos,
+        pens: settled.pens,
+        slack_mm: shares.slack_mm,
+        polylines,
+    };
     Ok(Computed { drawing, view, stats: traced.stats, seconds, notes: Vec::new() })
 }
 

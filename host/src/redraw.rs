@@ -11,13 +11,12 @@ use crate::args::DrawingArgs;
 use crate::compute::Computed;
 use crate::device::Device;
 use crate::drawing::{Drawing, DrawingFormat, Found, Page, Reading};
-use crate::emit::SLACK_PART;
 use crate::error::Error;
 use crate::interrupt;
 use crate::marking::{MARKS_LAYER, TITLE_LAYER};
 use crate::model::{ReadError, Source, View};
 use crate::options::{DrawingOptions, OptionError, bad};
-use crate::page::{self, Layout, PathChoice, Placing, Position, SIMPLIFIED_SHARE, Size, Window};
+use crate::page::{self, Layout, PathChoice, Placing, Position, Shares, Size, Window};
 use crate::pens::{Pen, Pens};
 use crate::progress::Progress;
 use crate::stats::Seconds;
@@ -135,17 +134,15 @@ impl Redraw {
         progress.stage("reading");
         let started = Instant::now();
         // Polylines that were read as they are have no tolerance left.
-        let whole_mm = options.sheet.settled_tolerance_mm();
         let curved = curved && self.files.iter().all(|(_, format)| format.has_curves());
-        let slack_mm = if curved { whole_mm * SLACK_PART } else { 0.0 };
-        let tolerance_mm = if curved { whole_mm - slack_mm } else { whole_mm * (1.0 - SIMPLIFIED_SHARE) };
-        let mut found = self.read(tolerance_mm, plotters)?;
+        let shares = Shares::of(options.sheet.settled_tolerance_mm(), curved);
+        let mut found = self.read(shares.traced_mm, plotters)?;
         let mut window = place(&mut found.drawing, options)?;
         // What is enlarged was to be read more closely. The points are on the curves, so that the finer ones are as far apart but for two tolerances, and the
         // picture becomes less than twice as large as before, unless it is itself no larger than a few of them.
         let scale = window.as_ref().map_or(1.0, |layout| 1.0 / layout.to_screen_length(1.0));
         if scale > 1.0 && self.files.iter().any(|(_, format)| format.has_curves()) {
-            found = self.read(tolerance_mm / (2.0 * scale), plotters)?;
+            found = self.read(shares.traced_mm / (2.0 * scale), plotters)?;
             window = place(&mut found.drawing, options)?;
         }
         let mut seconds = Seconds { read: started.elapsed().as_secs_f64(), ..Seconds::default() };
@@ -166,12 +163,8 @@ impl Redraw {
         let marks = marking.strokes(&drawing.polylines, drawing.page, edge_mm)?;
         drawing.polylines.extend(marks);
         // What is hidden may be dashes, and stays as it is.
-        let mut path = path.settle(&drawing.polylines, &drawing.pens, whole_mm);
-        if curved {
-            // Arcs and lines leave vertices out by themselves.
-            path.joining.chord_mm = 0.0;
-        }
-        drawing.slack_mm = slack_mm;
+        let path = path.settle(&drawing.polylines, &drawing.pens, &shares);
+        drawing.slack_mm = shares.slack_mm;
         drawing.polylines = path.through(drawing.polylines, &interrupt::is_wanted);
         if interrupt::is_wanted() {
             return Err(Error::Interrupted { doing: "ordering strokes".into() });

@@ -7,7 +7,7 @@ use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
 use crate::marking::{MARKS_LAYER, Marking, TITLE_LAYER};
 use crate::model::Model;
 use crate::options::{DrawingOptions, OptionError};
-use crate::page::{Hidden, Ink, Inks, Layout, Placing, SIMPLIFIED_SHARE};
+use crate::page::{Hidden, Ink, Inks, Layout, Placing};
 use crate::pens::Pens;
 use crate::style::StyleChoice;
 
@@ -80,12 +80,6 @@ impl Settled {
             isos,
             deepest: if is_omitted { 0 } else { options.deepest },
         })
-    }
-
-    /// Largest distance in mm between a curve and the polyline that it is traced by; the rest of the tolerance is for vertices that are left out then.
-    #[must_use]
-    pub fn chord_mm(&self) -> f64 {
-        self.tolerance_mm * (1.0 - SIMPLIFIED_SHARE)
     }
 }
 

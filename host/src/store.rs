@@ -8,7 +8,7 @@ use crate::compute::{Loaded, Placed, place};
 use crate::device::{Device, PlaceError, Placement};
 use crate::error::Error;
 use crate::model::{Projection, View};
-use crate::page::{Depths, Hidden, Layout};
+use crate::page::{Depths, Hidden, Layout, Shares};
 
 /// Why a scene cannot be stored for a board.
 #[derive(Debug, Error, PartialEq)]
@@ -96,7 +96,7 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
         changes: pens.iter().map(|&pen| (pen, filled(&language.pen_change, pen))).collect(),
         end: filled(&language.end, pens.last().copied().unwrap_or(1)),
     };
-    let tolerance = layout.to_screen_length(settled.chord_mm());
+    let tolerance = layout.to_screen_length(Shares::of(settled.tolerance_mm, false).traced_mm);
     Ok(StoredScene { scene, sight: sight(&view), looks, options: wanted, tolerance, program })
 }
 

@@ -23,7 +23,7 @@ pub use layout::{Layout, LayoutError};
 pub use merge::merge;
 pub use order::{Effort, Measure, Rest, Visit, order, route};
 pub use overlap::draw_once;
-pub use path::{Joining, PathChoice, PenPath, SIMPLIFIED_SHARE};
+pub use path::{Joining, PathChoice, PenPath, Shares};
 pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 

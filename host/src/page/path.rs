@@ -3,15 +3,44 @@
 use super::{Effort, draw_once, join, merge, order};
 use crate::drawing::Polyline;
 use crate::drawing::simplify::simplify;
+use crate::emit::SLACK_PART;
 use crate::pens::Pens;
 
 /// Share of a pen's width over which ends are joined when nothing is said. The ink of the two ends, round as the pen, covers such a gap but for 3 % of
 /// the width on either side, which for fine pens is less than the tolerance of curves.
 const GAP_SHARE: f64 = 1.0 / 3.0;
 
-/// Share of the tolerance of a drawing that is left to vertices that are left out: curves are traced within the rest of it. It is small, as chords that
-/// follow a curve are all needed, and only runs that are straight are not.
-pub const SIMPLIFIED_SHARE: f64 = 0.1;
+/// Share of the tolerance of a drawing that is left to vertices that are left out. It is small, as chords that follow a curve are all needed, and only
+/// runs that are straight are not.
+const SIMPLIFIED_SHARE: f64 = 0.1;
+
+/// How the tolerance of a drawing is shared out, each share in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares {
+    /// All of it: largest distance between a curve and what is drawn of it.
+    pub whole_mm: f64,
+    /// Between a curve and the polyline that it is traced by.
+    pub traced_mm: f64,
+    /// Between that and what is left of it when vertices in straight runs are left out.
+    pub simplified_mm: f64,
+    /// Between that and the arcs that are fitted to it, see [`Drawing::slack_mm`](crate::drawing::Drawing::slack_mm).
+    pub slack_mm: f64,
+}
+
+impl Shares {
+    /// Those of a drawing to which arcs are to be fitted (`curved`) or not. Arcs follow the vertices: the polylines are to be near the curves themselves,
+    /// and the fit leaves out vertices by itself.
+    #[must_use]
+    pub fn of(whole_mm: f64, curved: bool) -> Self {
+        if curved {
+            let slack_mm = SLACK_PART * whole_mm;
+            Self { whole_mm, traced_mm: whole_mm - slack_mm, simplified_mm: 0.0, slack_mm }
+        } else {
+            let traced_mm = whole_mm * (1.0 - SIMPLIFIED_SHARE);
+            Self { whole_mm, traced_mm, simplified_mm: SIMPLIFIED_SHARE * whole_mm, slack_mm: 0.0 }
+        }
+    }
+}
 
 /// What is asked of the path of the pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,14 +76,13 @@ pub struct PenPath {
 }
 
 impl PathChoice {
-    /// The path through polylines that these pens draw, and that are within `tolerance_mm` of what they stand for once [vertices](SIMPLIFIED_SHARE) are
-    /// left out; so near together, two stand for the same.
+    /// The path through polylines that these pens draw, and that were traced within their share of a tolerance; within all of it, two stand for the same.
     #[must_use]
-    pub fn settle(&self, polylines: &[Polyline], pens: &Pens, tolerance_mm: f64) -> PenPath {
+    pub fn settle(&self, polylines: &[Polyline], pens: &Pens, shares: &Shares) -> PenPath {
         let thinnest = || polylines.iter().map(|p| pens.width_mm(p.pen)).reduce(f64::min).unwrap_or(0.0);
         let gap_mm = self.merge_mm.unwrap_or_else(|| GAP_SHARE * thinnest());
         let joining = if gap_mm > 0.0 {
-            Joining { same_mm: tolerance_mm, gap_mm, chord_mm: SIMPLIFIED_SHARE * tolerance_mm, hidden: false }
+            Joining { same_mm: shares.whole_mm, gap_mm, chord_mm: shares.simplified_mm, hidden: false }
         } else {
             Joining::default()
         };
