@@ -43,9 +43,27 @@ fn code(n: i64) -> u64 {
     (n.unsigned_abs() << 1) | u64::from(n < 0)
 }
 
+/// A job's instructions with those of each `PE` that can be followed in its place. Where there is none, nothing is followed.
+pub(super) fn written_out(instructions: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    let is_encoded = |instruction: &[u8]| instruction.get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"PE"));
+    if !instructions.iter().any(|instruction| is_encoded(instruction)) {
+        return instructions;
+    }
+    let mut state = State::unknown();
+    let written_out = |instruction: Vec<u8>| {
+        let plain = if is_encoded(&instruction) { plain(&instruction, state) } else { None };
+        let plain = plain.unwrap_or_else(|| vec![instruction]);
+        plain.iter().for_each(|instruction| {
+            state.follow(instruction);
+        });
+        plain
+    };
+    instructions.into_iter().flat_map(written_out).collect()
+}
+
 /// The instructions `PU`, `PD` and `SP` that a `PE` stands for, in the mode (`PA` or `PR`) that the plotter is in and stays in; none where
 /// that, or the place of the pen, is not known, or the instruction holds what is no point in whole plotter units.
-pub(super) fn plain(instruction: &[u8], mut state: State) -> Option<Vec<Vec<u8>>> {
+fn plain(instruction: &[u8], mut state: State) -> Option<Vec<Vec<u8>>> {
     let parameters = instruction.get(2..)?;
     let parameters = parameters.strip_suffix(b";").unwrap_or(parameters);
     let absolute = state.absolute.filter(|_| state.is_plain())?;

@@ -3,7 +3,6 @@
 use thiserror::Error;
 
 use super::encoded;
-use crate::trace::hpgl::State;
 
 const ESC: u8 = 0x1b;
 /// Ends a label unless `DT` says otherwise.
@@ -44,7 +43,6 @@ impl Job {
     pub fn new(hpgl: &[u8]) -> Result<Self, JobError> {
         let mut instructions = Vec::new();
         let mut terminator = ETX;
-        let mut state = State::unknown();
         let mut rest = hpgl;
         while let Some(&first) = rest.first() {
             if first == ESC {
@@ -75,13 +73,9 @@ impl Job {
             if !is_label(&mnemonic) && !instruction.ends_with(b";") {
                 instruction.push(b';');
             }
-            let plain = (mnemonic == b"PE").then(|| encoded::plain(&instruction, state)).flatten();
-            let plain = plain.unwrap_or_else(|| vec![instruction]);
-            plain.iter().for_each(|instruction| {
-                state.follow(instruction);
-            });
-            instructions.extend(plain);
+            instructions.push(instruction);
         }
+        let instructions = encoded::written_out(instructions);
         if instructions.is_empty() { Err(JobError::Empty) } else { Ok(Self { instructions }) }
     }
 
@@ -168,6 +162,8 @@ mod tests {
     fn what_is_not_hpgl_is_refused() {
         assert_eq!(Job::new(b" ;\n\x1b.B"), Err(JobError::Empty));
         assert!(matches!(Job::new(b"IN;12,3"), Err(JobError::NotHpgl { number: 2, .. })));
+        // Counted as in the file, whatever an encoded polyline becomes.
+        assert!(matches!(Job::new(b"IN;PU5,5;PE<==aaaa;12,3"), Err(JobError::NotHpgl { number: 4, .. })));
         assert!(matches!(Job::new(b"G21\nG90"), Err(JobError::NotHpgl { number: 1, .. })));
         assert!(matches!(Job::new(b"I"), Err(JobError::NotHpgl { .. })));
         for cut in [&b"\x1b"[..], b"\x1b.", b"\x1b.@", b"LB", b"DT", b"PE<"] {
