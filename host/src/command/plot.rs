@@ -14,7 +14,7 @@ use thiserror::Error as ThisError;
 use super::ink;
 use crate::args::{DrawingArgs, PathArgs, say_nothing};
 use crate::compute::{Computed, compute, duration_text, load, summary};
-use crate::device::{self, Device, Handshake, Language, PlaceError};
+use crate::device::{self, ARC_TOLERANCE_MM, Device, Handshake, Language, PlaceError};
 use crate::drawing::Page;
 use crate::emit::{self, Format};
 use crate::error::Error;
@@ -438,7 +438,7 @@ fn without_arcs(mut job: Job, arcs: Arcs, device: &Device) -> Result<Job, PlotEr
         } else {
             ": what is changed in an arc on the line might not be noticed (--arcs on sends arcs)"
         };
-        eprintln!("{}: {} sent as chords, 0.002 mm away at the most{why}", job.name, count(chorded.arcs));
+        eprintln!("{}: {} sent as chords, {ARC_TOLERANCE_MM} mm away at the most{why}", job.name, count(chorded.arcs));
     }
     if let Some(first) = chorded.left.first() {
         let what = if asked_for { "" } else { ", and what is changed in them on the line is not noticed" };

@@ -23,6 +23,9 @@ pub enum Dialect {
     Marlin,
 }
 
+/// How far chords are from an arc in mm for GRBL as it is shipped ($12).
+pub const ARC_TOLERANCE_MM: f64 = 0.002;
+
 impl Dialect {
     /// The word for it in profiles.
     #[must_use]
@@ -45,7 +48,7 @@ impl Dialect {
                 let chord = (radius * std::f64::consts::TAU / 72.0).clamp(0.1, 1.0).min(2.0 * radius);
                 radius - (radius * radius - chord * chord / 4.0).max(0.0).sqrt()
             }
-            _ => 0.002,
+            _ => ARC_TOLERANCE_MM,
         }
     }
 

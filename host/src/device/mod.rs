@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-pub use gcode::{Dialect, Gcode, Pen, Streaming};
+pub use gcode::{ARC_TOLERANCE_MM, Dialect, Gcode, Pen, Streaming};
 pub use place::{PlaceError, Placement};
 pub use profile::{Axes, Device, Flow, Handshake, Hpgl, Language, Origin, Paper};
 pub use source::user_folder;

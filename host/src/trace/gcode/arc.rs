@@ -5,12 +5,10 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use super::Plane;
+use crate::device::ARC_TOLERANCE_MM;
 
 /// Arcs whose ends are nearer than this angle (rad) are full turns, as for GRBL.
 const FULL_TURN_ANGLE: f64 = 5e-7;
-
-/// Largest distance of chords from the arc, mm.
-const CHORD_TOLERANCE_MM: f64 = 0.002;
 
 /// An arc, or a helix: an arc that moves across its plane at a constant rate.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +86,7 @@ impl Arc {
     pub(super) fn chords(&self) -> impl Iterator<Item = DVec3> {
         let [a, b, across] = self.plane.axes();
         let radius = (self.from[0].hypot(self.from[1]) + self.to[0].hypot(self.to[1])) / 2.0;
-        let step = 2.0 * (1.0 - CHORD_TOLERANCE_MM / radius).clamp(0.0, 1.0).acos();
+        let step = 2.0 * (1.0 - ARC_TOLERANCE_MM / radius).clamp(0.0, 1.0).acos();
         // A full turn of the largest arc that fits any paper.
         let count = (self.angle.abs() / step).ceil().clamp(1.0, 1e5);
         let at = move |t: f64| {

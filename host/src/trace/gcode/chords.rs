@@ -18,8 +18,8 @@ const MOVES_MAX: usize = 5_000_000;
 /// Decimals that nothing is lost by in sums of increments.
 const DECIMALS: usize = 6;
 
-/// Codes of a line that leave its axis words to the motion, or go with an arc.
-const WITH_ARCS: [f64; 10] = [2.0, 3.0, 17.0, 20.0, 21.0, 40.0, 90.0, 91.0, 91.1, 94.0];
+/// Codes that may stand in a line beside G2 and G3.
+const WITH_ARCS: [f64; 8] = [17.0, 20.0, 21.0, 40.0, 90.0, 91.0, 91.1, 94.0];
 
 /// Codes that take the axis words of a line for themselves, or stop the motion.
 const WITHOUT_MOTION: [f64; 14] = [4.0, 10.0, 28.0, 28.1, 30.0, 30.1, 38.2, 38.3, 38.4, 38.5, 43.1, 80.0, 92.0, 92.1];
@@ -148,9 +148,8 @@ fn written(line: &Line, index: usize, followed: &Followed) -> Option<(String, Ve
         .chords()
         .map(|way| {
             at += way.truncate();
-            ((at - origin) / mm * scale).round() / scale
+            (((at - origin) / mm * scale).round() / scale).to_array()
         })
-        .map(|to| to.to_array())
         .collect();
     // The last one ends where the arc does.
     *targets.last_mut()? = ((end - origin) / mm).to_array();
