@@ -54,6 +54,12 @@ pub struct Polyline {
 }
 
 impl Polyline {
+    /// Its length on the paper in mm.
+    #[must_use]
+    pub fn length_mm(&self) -> f64 {
+        length_mm(&self.page)
+    }
+
     /// A stroke of which nothing is known but its place: it comes of no surface, and is visible ink in the plane of the paper.
     #[must_use]
     pub fn stroke(layer: impl Into<String>, pen: u32, page: Vec<DVec2>) -> Self {
@@ -72,6 +78,11 @@ impl Polyline {
     }
 }
 
+/// Length of a polyline on the paper in mm.
+pub(crate) fn length_mm(page: &[DVec2]) -> f64 {
+    page.windows(2).map(|w| w[0].distance(w[1])).sum()
+}
+
 /// What the pen is to draw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
@@ -87,4 +98,15 @@ pub struct Drawing {
     pub slack_mm: f64,
     /// In drawing order. Hidden ones are here only when they are wanted on the paper.
     pub polylines: Vec<Polyline>,
+}
+
+impl Drawing {
+    /// Lower left and upper right corner of the ink on the page, in mm; none if there is none.
+    #[must_use]
+    pub fn extent(&self) -> Option<[DVec2; 2]> {
+        let points = self.polylines.iter().flat_map(|polyline| &polyline.page);
+        points.fold(None, |extent: Option<[DVec2; 2]>, &p| {
+            Some(extent.map_or([p, p], |[low, high]| [low.min(p), high.max(p)]))
+        })
+    }
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use glam::DVec2;
 use thiserror::Error;
 
 use crate::args::DrawingArgs;
@@ -180,15 +179,8 @@ impl Redraw {
         let reading = Reading { tolerance_mm, gcode, hpgl, stops: &interrupt::is_wanted };
         let mut all: Option<Found> = None;
         for (path, format) in &self.files {
-            let file = path.display().to_string();
-            let found =
-                Source::open(path).map_err(ReadError::from).and_then(|mut source| format.read(&mut source, &reading));
-            let mut found = match found {
-                Ok(found) => found,
-                Err(ReadError::Stopped) => return Err(Error::Interrupted { doing: format!("reading {file}") }),
-                Err(source) => return Err(RedrawError::Read { file, source }.into()),
-            };
-            found.notes.iter_mut().for_each(|note| *note = format!("{file}: {note}"));
+            let mut found = read(path, *format, &reading)?;
+            found.notes.iter_mut().for_each(|note| *note = format!("{}: {note}", path.display()));
             all = Some(match all {
                 Some(before) => together(before, found),
                 None => found,
@@ -226,6 +218,19 @@ impl Redraw {
         drawing.pens = Pens::new(own, pen_width_mm);
         Ok(())
     }
+}
+
+/// Reads a drawing.
+///
+/// # Errors
+/// If it cannot be read, or Ctrl-C ends it.
+pub fn read(path: &Path, format: DrawingFormat, reading: &Reading<'_>) -> Result<Found, Error> {
+    let file = || path.display().to_string();
+    let found = Source::open(path).map_err(ReadError::from).and_then(|mut source| format.read(&mut source, reading));
+    found.map_err(|source| match source {
+        ReadError::Stopped => Error::Interrupted { doing: format!("reading {}", file()) },
+        source => RedrawError::Read { file: file(), source }.into(),
+    })
 }
 
 /// Files, if they are drawings; none if none of them is.
@@ -273,12 +278,7 @@ fn place(drawing: &mut Drawing, options: &DrawingOptions) -> Result<Option<Layou
     let is_said = sheet.paper.is_some() || sheet.orientation.is_some();
     let page = if is_said { sheet.settle().map_err(OptionError::from)?.0 } else { own };
     drawing.page = page;
-    let points = drawing.polylines.iter().flat_map(|p| &p.page);
-    let Some([low, high]) = points.fold(None, |extent: Option<[DVec2; 2]>, &p| {
-        Some(extent.map_or([p, p], |[low, high]| [low.min(p), high.max(p)]))
-    }) else {
-        return Ok(None);
-    };
+    let Some([low, high]) = drawing.extent() else { return Ok(None) };
     let stays = sheet.size.is_none() && sheet.position.is_none() && page == own;
     // Its own margins are unknown, and what stays where it is asks for none.
     let margin_mm = match sheet.margin_mm {

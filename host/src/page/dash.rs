@@ -25,7 +25,7 @@ impl Default for DashPattern {
 /// one goes on evenly over its start. A polyline too short for two dashes stays whole.
 pub fn dash(polyline: &Polyline, pattern: DashPattern, out: &mut Vec<Polyline>) {
     let DashPattern { dash_mm, gap_mm } = pattern;
-    let length: f64 = polyline.page.windows(2).map(|w| w[0].distance(w[1])).sum();
+    let length = polyline.length_mm();
     let closed = polyline.page.first() == polyline.page.last();
     // Open: n dashes and n − 1 gaps. Closed: as many gaps as dashes.
     let natural = if closed { length } else { length + gap_mm };

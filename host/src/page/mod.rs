@@ -27,9 +27,18 @@ pub use path::{Joining, PathChoice, PenPath, Shares};
 pub use placing::{Placing, Position, Size, length_mm, position, scale};
 pub use sheet::{Orientation, SheetError, default_margin_mm, sheet};
 
+use glam::DVec2;
 use penvis_core::stroke::{CurveKind, Stroke};
 
 use crate::drawing::{Page, Polyline};
+
+/// Farthest that anything is from the origin in mm: what is farther, or no number, is no place on paper.
+const FARTHEST_MM: f64 = 1e6;
+
+/// Whether all vertices are places on paper.
+fn is_on_paper(page: &[DVec2]) -> bool {
+    page.iter().all(|p| p.abs().cmplt(DVec2::splat(FARTHEST_MM)).all())
+}
 
 /// Layer of everything that is hidden.
 pub const HIDDEN_LAYER: &str = "hidden";

@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use glam::DVec2;
 use serde::Serialize;
 
 use super::{count, line, short};
 use crate::device;
-use crate::drawing::{Drawing, DrawingFormat, Polyline, Reading};
+use crate::drawing::{Drawing, DrawingFormat, Reading};
 use crate::error::Error;
 use crate::interrupt;
-use crate::model::{ReadError, Source};
-use crate::redraw::RedrawError;
+use crate::redraw;
 
 /// Most layers that the text lists; what is longer is for programs.
 const MOST_LAYERS: usize = 100;
@@ -50,19 +48,12 @@ impl DrawingFacts {
         let file = path.display().to_string();
         let (gcode, hpgl) = (device::find(device::DEFAULT)?, device::find(device::DEFAULT_HPGL)?);
         let reading = Reading { tolerance_mm: 0.01, gcode: &gcode, hpgl: &hpgl, stops: &interrupt::is_wanted };
-        let read =
-            Source::open(path).map_err(ReadError::from).and_then(|mut source| format.read(&mut source, &reading));
-        match read {
-            Ok(found) => Ok(Self::new(file, format.name(), &found.drawing, found.notes)),
-            Err(ReadError::Stopped) => Err(Error::Interrupted { doing: format!("reading {file}") }),
-            Err(source) => Err(RedrawError::Read { file, source }.into()),
-        }
+        let found = redraw::read(path, format, &reading)?;
+        Ok(Self::new(file, format.name(), &found.drawing, found.notes))
     }
 
     fn new(file: String, format: &'static str, drawing: &Drawing, notes: Vec<String>) -> Self {
-        let length = |p: &Polyline| p.page.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
         let mut layers: Vec<LayerFacts> = Vec::new();
-        let mut extent: Option<[DVec2; 2]> = None;
         for polyline in &drawing.polylines {
             let place = layers.iter().position(|l| l.layer == polyline.layer && l.pen == polyline.pen);
             let place = place.unwrap_or_else(|| {
@@ -71,10 +62,7 @@ impl DrawingFacts {
                 layers.len() - 1
             });
             layers[place].strokes += 1;
-            layers[place].ink_mm += length(polyline);
-            for &p in &polyline.page {
-                extent = Some(extent.map_or([p, p], |[low, high]| [low.min(p), high.max(p)]));
-            }
+            layers[place].ink_mm += polyline.length_mm();
         }
         Self {
             file,
@@ -84,7 +72,7 @@ impl DrawingFacts {
             strokes: drawing.polylines.len(),
             points: drawing.polylines.iter().map(|p| p.page.len()).sum(),
             ink_mm: layers.iter().map(|layer| layer.ink_mm).sum(),
-            extent_mm: extent.map(|ends| ends.map(|end| end.to_array())),
+            extent_mm: drawing.extent().map(|ends| ends.map(|end| end.to_array())),
             layers,
             notes,
         }

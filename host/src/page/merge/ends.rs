@@ -4,6 +4,9 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
+use crate::drawing::length_mm;
+use crate::page::is_on_paper;
+
 /// Most ends of a cell that an end is compared with at a time. Where more end in one place, not all of the pairs are looked at.
 const MOST: usize = 64;
 
@@ -24,10 +27,10 @@ impl End {
     /// hook there does not turn them.
     pub(super) fn of(page: &[DVec2], reach: f64) -> Option<[Self; 2]> {
         let (&first, &last) = (page.first()?, page.last()?);
-        if !page.iter().all(|p| p.abs().cmplt(DVec2::splat(FARTHEST_MM)).all()) {
+        if !is_on_paper(page) {
             return None;
         }
-        let length: f64 = page.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let length = length_mm(page);
         // What is shorter is a dot, and there is no way round in it.
         let is_ring = length > 4.0 * reach;
         let end = |at: DVec2, inner: Option<&DVec2>, other: DVec2| {
@@ -39,9 +42,6 @@ impl End {
         Some([end(first, inner[0], last), end(last, inner[1], first)])
     }
 }
-
-/// Farthest that a stroke's vertices are from the origin in mm: what is farther, or no number, is no place on paper.
-const FARTHEST_MM: f64 = 1e6;
 
 /// Ends in square cells as wide as the largest gap.
 pub(super) struct Ends<'a> {

@@ -5,9 +5,7 @@ use std::iter::{self, Sum};
 use glam::DVec2;
 
 use super::ends::Rest;
-
-/// Farthest that anything is from the origin for the search, in mm: what is farther, or no number, is no place on paper.
-const FARTHEST_MM: f64 = 1e6;
+use crate::page::FARTHEST_MM;
 
 /// A stroke to be visited.
 #[derive(Clone, Copy, Debug)]

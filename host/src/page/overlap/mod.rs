@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use super::walk::Walk;
 use crate::drawing::Polyline;
+use crate::page::is_on_paper;
 use kept::{Kept, Piece};
 
 /// Shortest part in mm that is cut off an end of a stroke. Where a curve runs into another one, it comes near it shortly before, and nothing is gained
@@ -17,9 +18,6 @@ const SHORTEST_MIDDLE_MM: f64 = 10.0;
 
 /// Length in mm along a stroke within which it is not compared with itself, so that corners are none of it again.
 const SELF_MM: f64 = 1.0;
-
-/// Farthest that vertices are from the origin in mm: what is farther, or no number, is no place on paper.
-const FARTHEST_MM: f64 = 1e6;
 
 /// Draws once what strokes of a pen have in common: leaves out strokes, and parts of strokes, that are within `within_mm` of ink that is kept; all of it
 /// is. Of two strokes, the visible one is kept, or that with fewer sheets in front of it, of a lower level, of a kind that comes before the other, the
@@ -43,9 +41,9 @@ const STROKES_A_QUESTION: usize = 1024;
 
 /// What is left, and how many pieces of ink were looked at.
 fn drawn_once(polylines: Vec<Polyline>, within: f64, hidden: bool, stops: &dyn Fn() -> bool) -> (Vec<Polyline>, u64) {
-    let is_compared = |p: &Polyline| (p.visible || hidden) && p.page.len() >= 2 && p.page.iter().all(|&p| is_place(p));
+    let is_compared = |p: &Polyline| (p.visible || hidden) && p.page.len() >= 2 && is_on_paper(&p.page);
     let mut turns: Vec<usize> = (0..polylines.len()).filter(|&k| is_compared(&polylines[k])).collect();
-    let lengths: Vec<f64> = polylines.iter().map(|p| length(&p.page)).collect();
+    let lengths: Vec<f64> = polylines.iter().map(Polyline::length_mm).collect();
     let class = |p: &Polyline| (!p.visible, p.qi, p.level, p.kind.map_or(usize::MAX, |kind| kind as usize));
     turns.sort_by(|&a, &b| {
         class(&polylines[a]).cmp(&class(&polylines[b])).then_with(|| lengths[b].total_cmp(&lengths[a]))
@@ -66,14 +64,6 @@ fn drawn_once(polylines: Vec<Polyline>, within: f64, hidden: bool, stops: &dyn F
     }
     let parts = polylines.into_iter().zip(left).flat_map(|(whole, parts)| parts.unwrap_or_else(|| vec![whole]));
     (parts.collect(), kept.looks)
-}
-
-fn length(page: &[DVec2]) -> f64 {
-    page.windows(2).fold(0.0, |length, w| length + w[0].distance(w[1]))
-}
-
-fn is_place(p: DVec2) -> bool {
-    p.abs().cmplt(DVec2::splat(FARTHEST_MM)).all()
 }
 
 /// A part of a stroke by lengths in mm along it.
@@ -106,7 +96,7 @@ struct Stroke<'a> {
 impl<'a> Stroke<'a> {
     fn new(number: u32, polyline: &'a Polyline, within: f64) -> Self {
         let is_closed = polyline.page.len() > 2 && polyline.page.first() == polyline.page.last();
-        Self { number, polyline, within, length: length(&polyline.page), is_closed }
+        Self { number, polyline, within, length: polyline.length_mm(), is_closed }
     }
 
     /// The parts to be cut out of it, in their order; the rest of it is added to what is kept.

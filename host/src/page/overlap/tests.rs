@@ -4,6 +4,7 @@ use penvis_core::stroke::CurveKind::{Boundary, Iso};
 use proptest::prelude::*;
 
 use super::*;
+use crate::drawing::length_mm;
 use crate::emit::tests::polyline;
 
 const WITHIN: f64 = 0.01;
@@ -19,7 +20,7 @@ fn once(lines: Vec<Polyline>) -> Vec<Polyline> {
 }
 
 fn ink(lines: &[Polyline]) -> f64 {
-    lines.iter().map(|l| length(&l.page)).sum()
+    lines.iter().map(|l| length_mm(&l.page)).sum()
 }
 
 /// Distance of a place from ink.
@@ -115,15 +116,15 @@ fn lines_that_cross_or_touch_stay() {
 #[test]
 fn strokes_are_compared_with_themselves_but_not_at_corners() {
     let corner = [[0.0, 0.0], [20.0, 0.0], [0.0, 0.1]];
-    assert_eq!(left(&[&corner]), length(&corner.map(DVec2::from)));
+    assert_eq!(left(&[&corner]), length_mm(&corner.map(DVec2::from)));
     let back = [[0.0, 0.0], [20.0, 0.0], [0.0, 0.0]];
     // It is closed, and so it has a corner at either end.
     assert!((left(&[&back]) - 20.0).abs() <= 2.0 * SELF_MM + 1e-9);
     let thrice = ring([0.0, 0.0], 10.0, 40, 3);
-    let once_round = length(&thrice[..41].iter().map(|p| DVec2::from(*p)).collect::<Vec<_>>());
+    let once_round = length_mm(&thrice[..41].iter().map(|p| DVec2::from(*p)).collect::<Vec<_>>());
     assert!((left(&[&thrice]) - once_round).abs() <= SELF_MM + WITHIN);
     let sharp = [[0.0, 0.0], [30.0, 1.0], [3.0, 0.0], [30.0, -1.0], [0.0, 0.0]];
-    assert_eq!(left(&[&sharp]), length(&sharp.map(DVec2::from)));
+    assert_eq!(left(&[&sharp]), length_mm(&sharp.map(DVec2::from)));
 }
 
 #[test]
@@ -210,7 +211,7 @@ proptest! {
         for (of, shift, turned, a, b) in copies {
             let mut part = {
                 let of = of.get(&lines);
-                let length = length(&of.page);
+                let length = length_mm(&of.page);
                 Walk::new(of).cut(a.min(b) * length, a.max(b) * length)
             };
             part.page.iter_mut().for_each(|p| p.y += shift);
