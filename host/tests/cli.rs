@@ -1,19 +1,16 @@
 //! The binary from outside: what it writes, what it says, and what it leaves behind.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
+use std::fs;
+use std::process::Command;
+
+use common::{files, penvis};
 use glam::DVec2;
 use penvis_core::pipeline::Prepared;
 use penvis_firmware::scene::StoredScene;
 use serde_json::{Value, json};
 use tempfile::TempDir;
-
-/// Runs penvis in a folder.
-fn penvis(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
-}
 
 /// A bilinear patch that bulges, seen from above and aside.
 fn model() -> Value {
@@ -27,14 +24,6 @@ fn folder_with(model: &Value) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("model.json"), model.to_string()).unwrap();
     folder
-}
-
-/// Names of the files that are there, but for the model.
-fn files(folder: &TempDir) -> Vec<String> {
-    let names = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
-    let mut names: Vec<_> = names.filter(|name| name != "model.json").collect();
-    names.sort();
-    names
 }
 
 #[test]

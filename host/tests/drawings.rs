@@ -1,16 +1,12 @@
 //! Drawings from files, drawn and plotted again: from outside, by the binary.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
+use std::fs;
+
+use common::{files, penvis};
 use serde_json::Value;
 use tempfile::TempDir;
-
-/// Runs penvis in a folder.
-fn penvis(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
-}
 
 /// Runs it, and returns what it says.
 fn told(folder: &TempDir, words: &str) -> String {
@@ -29,14 +25,6 @@ fn folder_with_model() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("model.json"), model).unwrap();
     folder
-}
-
-/// Names of the files that are there, but for the model.
-fn files(folder: &TempDir) -> Vec<String> {
-    let names = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
-    let mut names: Vec<_> = names.filter(|name| name != "model.json").collect();
-    names.sort();
-    names
 }
 
 fn drawing(folder: &TempDir, name: &str) -> Value {

@@ -1,16 +1,13 @@
 //! Model files of every format, from the command line.
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::penvis;
 use serde_json::Value;
-
-/// Runs penvis in a folder.
-fn penvis(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
-}
 
 /// A folder with a file of tests/data in it.
 fn folder_with(name: &str) -> tempfile::TempDir {

@@ -1,15 +1,12 @@
 //! What `penvis info` says of models in files.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::penvis;
 use serde_json::{Value, json};
-
-/// Runs penvis in a folder.
-fn penvis(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
-}
 
 fn told(folder: &Path, words: &str) -> String {
     let output = penvis(folder, words);

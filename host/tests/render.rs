@@ -1,14 +1,13 @@
 //! `penvis draw --render` from outside: a picture that lies on the page as the drawing does.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
+use common::penvis;
 use tiny_skia::Pixmap;
-
-fn penvis(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
-}
 
 fn told(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()

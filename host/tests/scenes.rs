@@ -1,15 +1,12 @@
 //! Scenes, from the command line to the paper.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use common::penvis;
 use serde_json::Value;
-
-/// Runs penvis in a folder.
-fn penvis(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_penvis")).args(words.split_whitespace()).current_dir(folder).output().unwrap()
-}
 
 /// What a command that must succeed tells.
 fn done(folder: &Path, words: &str) -> String {

@@ -5,7 +5,8 @@
 use penvis::device::{self, Language};
 use penvis::drawing::Drawing;
 use penvis::emit;
-use penvis_tests::plotter::{draw, draw_curved};
+use penvis::page::PathChoice;
+use penvis_tests::plotter::drawn;
 
 /// Built-in models that are drawn when nothing else is said.
 const MODELS: [&str; 5] = ["teapot", "torus", "vase", "sphere", "spring"];
@@ -21,7 +22,7 @@ fn main() {
 }
 
 fn row(words: &[&str]) {
-    let (chords, arcs) = (draw(words).drawing, draw_curved(words).drawing);
+    let [chords, arcs] = [false, true].map(|curved| drawn(words, PathChoice::default(), curved).drawing);
     let metres =
         chords.polylines.iter().flat_map(|line| line.page.windows(2)).map(|w| w[0].distance(w[1])).sum::<f64>()
             / 1000.0;

@@ -8,6 +8,7 @@ pub mod ink;
 pub mod oracle;
 pub mod plotter;
 pub mod raster;
+pub mod skip;
 pub mod stages;
 pub mod strokes;
 pub mod subdivision;

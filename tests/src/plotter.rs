@@ -37,29 +37,18 @@ pub fn options(words: &[&str]) -> DrawingOptions {
 /// If it cannot be drawn.
 #[must_use]
 pub fn draw(words: &[&str]) -> Computed {
-    along(words, PathChoice::default())
+    drawn(words, PathChoice::default(), false)
 }
 
-/// Draws what `penvis draw` with these words draws, along a path of which something else is asked.
+/// Draws what `penvis draw` with these words draws, along a path of which something else is asked, and with slack for arcs if it is `curved`.
 ///
 /// # Panics
 /// If it cannot be drawn.
 #[must_use]
-pub fn along(words: &[&str], path: PathChoice) -> Computed {
+pub fn drawn(words: &[&str], path: PathChoice, curved: bool) -> Computed {
     let (options, progress) = (options(words), Progress::start());
     let loaded = load(&options, &progress).expect("the model can be read");
-    compute(loaded.along(path)).expect("the model can be drawn")
-}
-
-/// The same as for a G-code file with arcs.
-///
-/// # Panics
-/// If it cannot be drawn.
-#[must_use]
-pub fn draw_curved(words: &[&str]) -> Computed {
-    let (options, progress) = (options(words), Progress::start());
-    let loaded = load(&options, &progress).expect("the model can be read");
-    compute(loaded.curved(true)).expect("the model can be drawn")
+    compute(loaded.curved(curved).along(path)).expect("the model can be drawn")
 }
 
 /// The plotter that is simulated.

@@ -40,6 +40,16 @@ fn read(path: &Path) -> Result<Found, String> {
     })
 }
 
+/// The message with which a file is refused, in no more memory than it may take.
+fn refused(path: &Path) -> String {
+    MEMORY.reset_peak_usage();
+    let before = MEMORY.current_usage();
+    let message = read(path).expect_err("a bad file");
+    let taken = MEMORY.peak_usage().saturating_sub(before);
+    assert!(taken < MOST_MEMORY, "{}: {taken} bytes to say {message}", path.display());
+    message
+}
+
 fn written(folder: &tempfile::TempDir, extension: &str, content: &[u8]) -> std::path::PathBuf {
     let path = folder.path().join(format!("a.{extension}"));
     std::fs::write(&path, content).expect("room for a small file");
@@ -72,11 +82,7 @@ fn a_gigabyte_that_was_cut_off_is_refused_without_holding_it() {
         let mut file = File::create(&path).expect("a file");
         file.write_all(&content.as_bytes()[..content.len() * 3 / 4]).expect("room for a small file");
         file.set_len(1 << 30).expect("a file with a hole");
-        MEMORY.reset_peak_usage();
-        let before = MEMORY.current_usage();
-        let message = read(&path).expect_err("a bad file");
-        let taken = MEMORY.peak_usage().saturating_sub(before);
-        assert!(taken < MOST_MEMORY, "{extension}: {taken} bytes to say {message}");
+        refused(&path);
     }
 }
 
@@ -141,12 +147,7 @@ fn what_is_nested_or_repeated_a_million_times_takes_no_more_than_it_may() {
         ("svg", svg(&["<g>".repeat(100_000), "</g>".repeat(100_000)].concat()), "line 1, g: is within 256 others"),
         ("svg", format!("<!DOCTYPE svg [<!ENTITY l0 \"ha\">{laughs}]>{}", svg("<title>&l8;</title>")), "entity"),
     ] {
-        let path = written(&folder, extension, text.as_bytes());
-        MEMORY.reset_peak_usage();
-        let before = MEMORY.current_usage();
-        let message = read(&path).expect_err("a bad file");
-        let taken = MEMORY.peak_usage().saturating_sub(before);
+        let message = refused(&written(&folder, extension, text.as_bytes()));
         assert!(message.contains(expected), "{message}");
-        assert!(taken < MOST_MEMORY, "{taken} bytes to say {message}");
     }
 }

@@ -11,7 +11,7 @@ use penvis::sim::Recording;
 use penvis_firmware::Settings;
 use penvis_tests::faults::Bench;
 use penvis_tests::ink::Ink;
-use penvis_tests::plotter::{along, draw, draw_curved, ink, plot, port, simulated};
+use penvis_tests::plotter::{draw, drawn, ink, plot, port, simulated};
 
 /// Allowed besides the length of a step, in mm.
 const DEVIATION: f64 = 0.02;
@@ -89,7 +89,7 @@ fn linked_tori_are_drawn_as_they_should() {
 #[test]
 fn a_torus_of_arcs_is_drawn_as_it_should() {
     let words = ["torus", "--paper", "a5", "--iso", "4"];
-    let plot = plotted_drawing(draw_curved(&words).drawing);
+    let plot = plotted_drawing(drawn(&words, PathChoice::default(), true).drawing);
     let count = |word: &str| plot.job.lines().filter(|line| line.starts_with(word)).count();
     let (arcs, lines) = (count("G2 ") + count("G3 "), count("G1 "));
     println!("{arcs} arcs, {lines} lines");
@@ -163,7 +163,7 @@ fn joining_changes_no_ink() {
     ];
     let effort = Effort { seconds: 0.0, ..Effort::default() };
     for words in models {
-        let with = |merge_mm: Option<f64>| along(words, PathChoice { merge_mm, effort }).drawing;
+        let with = |merge_mm: Option<f64>| drawn(words, PathChoice { merge_mm, effort }, false).drawing;
         let (as_they_are, joined) = (with(Some(0.0)), with(None));
         let (before, after) = (Ink::new(&as_they_are), Ink::new(&joined));
         let lost = before.farthest_from(&after).expect("ink").0;

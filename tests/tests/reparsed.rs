@@ -2,14 +2,12 @@
 
 use gcode::{Code, Value};
 use glam::DVec2;
-use penvis::compute::{compute, load};
 use penvis::device::find;
 use penvis::drawing::Drawing;
 use penvis::emit;
 use penvis::page::PathChoice;
-use penvis::progress::Progress;
 use penvis_tests::ink::Ink;
-use penvis_tests::plotter::options;
+use penvis_tests::plotter::drawn;
 
 /// The tolerance of a drawing when nothing is said, in mm.
 const TOLERANCE_MM: f64 = 0.01;
@@ -94,14 +92,6 @@ fn arc(from: DVec2, to: DVec2, centre: DVec2, clockwise: bool) -> Vec<DVec2> {
     points.collect()
 }
 
-/// All of the ink of a drawing: joining leaves out what is within the tolerance of other ink.
-fn drawn(words: &[&str], curved: bool) -> Drawing {
-    let (options, progress) = (options(words), Progress::start());
-    let loaded = load(&options, &progress).expect("the model can be read");
-    let path = PathChoice { merge_mm: Some(0.0), ..PathChoice::default() };
-    compute(loaded.curved(curved).along(path)).expect("the model can be drawn").drawing
-}
-
 #[test]
 fn a_file_of_arcs_is_within_the_tolerance_of_the_curves() {
     let device = find("grbl-servo").expect("a built-in device");
@@ -110,7 +100,9 @@ fn a_file_of_arcs_is_within_the_tolerance_of_the_curves() {
         &["vase", "--iso", "2", "--paper", "a5"],
         &["teapot", "--iso", "1", "--paper", "a5"],
     ] {
-        let drawing = drawn(words, true);
+        // All of the ink: joining leaves out what is within the tolerance of other ink.
+        let path = PathChoice { merge_mm: Some(0.0), ..PathChoice::default() };
+        let drawing = drawn(words, path, true).drawing;
         let job = emit::gcode(&drawing, &device).expect("G-code");
         let (strokes, arcs) = interpreted(&job);
         let place = device.place(drawing.page).expect("it fits");
@@ -124,7 +116,7 @@ fn a_file_of_arcs_is_within_the_tolerance_of_the_curves() {
             })
             .collect();
         let read = Ink::new(&Drawing { polylines: read, ..drawing.clone() });
-        let fine = Ink::new(&drawn(&[words, &["--tolerance", TRUE_MM]].concat(), false));
+        let fine = Ink::new(&drawn(&[words, &["--tolerance", TRUE_MM]].concat(), path, false).drawing);
         let (drawn_off, missing) =
             (read.farthest_from(&fine).expect("ink").0, fine.farthest_from(&read).expect("ink").0);
         println!("{words:?}: {arcs} arcs, {drawn_off:.4} mm off, {missing:.4} mm missing");

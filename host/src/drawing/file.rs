@@ -107,3 +107,22 @@ impl DrawingFormat {
         }
     }
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::device;
+
+    /// What is read of a text within a tolerance in mm, for a plotter if it is for one.
+    pub(in crate::drawing) fn read(
+        format: DrawingFormat,
+        text: &str,
+        device: &str,
+        tolerance_mm: f64,
+    ) -> Result<Found, String> {
+        let mut source = Source::from_bytes("fed", text.as_bytes().to_vec()).unwrap();
+        let device = device::find(device).unwrap();
+        let reading = Reading { tolerance_mm, gcode: &device, hpgl: &device, stops: &|| false };
+        format.read(&mut source, &reading).map_err(|error| error.to_string())
+    }
+}

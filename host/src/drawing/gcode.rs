@@ -103,14 +103,12 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
+    use crate::drawing::{DrawingFormat, file};
     use crate::emit::{self, tests::drawing, tests::polyline};
     use penvis_core::stroke::CurveKind::Iso;
 
     fn read(text: &str, device: &str) -> Result<Found, String> {
-        let mut source = Source::from_bytes("fed", text.as_bytes().to_vec()).unwrap();
-        let device = device::find(device).unwrap();
-        let reading = Reading { tolerance_mm: 0.001, gcode: &device, hpgl: &device, stops: &|| false };
-        super::read(&mut source, &device, &reading).map_err(|error| error.to_string())
+        file::tests::read(DrawingFormat::Gcode, text, device, 0.001)
     }
 
     /// The strokes: layer, pen, points.

@@ -84,13 +84,11 @@ mod tests {
 
     use super::*;
     use crate::device;
+    use crate::drawing::{DrawingFormat, file};
     use crate::emit::{self, tests::drawing, tests::polyline};
 
     fn read(text: &str, device: &str) -> Result<Found, String> {
-        let mut source = Source::from_bytes("fed", text.as_bytes().to_vec()).unwrap();
-        let device = device::find(device).unwrap();
-        let reading = Reading { tolerance_mm: 0.001, gcode: &device, hpgl: &device, stops: &|| false };
-        super::read(&mut source, &device, &reading).map_err(|error| error.to_string())
+        file::tests::read(DrawingFormat::Hpgl, text, device, 0.001)
     }
 
     #[test]

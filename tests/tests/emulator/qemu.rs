@@ -8,7 +8,9 @@ use std::sync::Mutex;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use std::{env, fs, thread};
+use std::{fs, thread};
+
+use penvis_tests::skip::skip;
 
 /// Longest time that a board may take to boot or to answer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -50,15 +52,6 @@ impl Board {
             Self::Mps2An500 | Self::Mps2An500Scene => "mps2-an500",
         }
     }
-}
-
-/// Ends the test that needs `what` was not to be had, for `reason`: with a word if that is allowed, else with a failure.
-///
-/// # Panics
-/// Where it is not possible although `PENVIS_REQUIRE_EMULATOR` is set.
-pub(crate) fn skip(what: &str, reason: &str) {
-    assert!(env::var_os("PENVIS_REQUIRE_EMULATOR").is_none(), "no {what}: {reason}");
-    eprintln!("skipped, no {what}: {reason}");
 }
 
 /// The image of a board, built now if it is out of date; `None`, with a word about it, where it cannot be built.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{fs, io};
 
-use crate::qemu::skip;
+use penvis_tests::skip::skip;
 
 /// The package and the one that it needs, as of the day this was written: what it does must not depend on the day it runs.
 const PACKAGES: [&str; 3] = ["grbl-streamer==2.0.2", "gcode-machine==1.0.3", "pyserial==3.5"];

@@ -1,11 +1,9 @@
 use super::*;
 use crate::device;
+use crate::drawing::{DrawingFormat, file};
 
 fn read_at(xml: &str, tolerance_mm: f64) -> Result<Found, String> {
-    let mut source = Source::from_bytes("fed", xml.as_bytes().to_vec()).unwrap();
-    let [gcode, hpgl] = ["grbl-servo", "hp7475a"].map(|name| device::find(name).unwrap());
-    read(&mut source, &Reading { tolerance_mm, gcode: &gcode, hpgl: &hpgl, stops: &|| false })
-        .map_err(|error| error.to_string())
+    file::tests::read(DrawingFormat::Svg, xml, device::DEFAULT, tolerance_mm)
 }
 
 /// What is within an SVG of 100 × 50 mm whose units are millimetres.
