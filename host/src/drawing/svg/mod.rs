@@ -185,8 +185,7 @@ impl<'a, 'i> Walk<'a, 'i> {
             return Ok(());
         }
         if around.depth == DEEPEST {
-            let problem = format!("is within {DEEPEST} others, or in a use of itself; leave groups out");
-            return Err(fault(node, problem));
+            return Err(too_deep(node));
         }
         let most = self.most;
         self.left = self.left.checked_sub(1).ok_or_else(|| {
@@ -267,10 +266,7 @@ impl<'a, 'i> Walk<'a, 'i> {
         match target.tag_name().name() {
             name @ ("svg" | "symbol") => {
                 if state.depth == DEEPEST {
-                    return Err(fault(
-                        node,
-                        format!("is within {DEEPEST} others, or in a use of itself; leave groups out"),
-                    ));
+                    return Err(too_deep(node));
                 }
                 let (style, own) = state.style.of(target, &self.sheet);
                 if own.is_gone() {
@@ -391,6 +387,10 @@ fn title(root: Node<'_, '_>) -> Option<String> {
 
 fn line(node: Node<'_, '_>) -> u32 {
     node.document().text_pos_at(node.range().start).row
+}
+
+fn too_deep(node: Node<'_, '_>) -> ReadError {
+    fault(node, format!("is within {DEEPEST} others, or in a use of itself; leave groups out"))
 }
 
 fn fault(node: Node<'_, '_>, problem: String) -> ReadError {
