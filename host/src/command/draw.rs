@@ -1,10 +1,11 @@
 //! `penvis draw`: a model becomes files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::args::DrawArgs;
 use crate::compute::{compute, load, summary};
+use crate::device::Device;
 use crate::drawing::Drawing;
 use crate::emit::{self, EmitError, Format};
 use crate::error::Error;
@@ -60,6 +61,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     for output in &options.outputs {
         let drawing = drawn(output.format == Format::Gcode);
         files.push((output.path.clone(), emit(output, drawing, &computed.view, &options)?));
+        if output.format == Format::Hpgl {
+            computed.notes.extend(by_hand(&output.path, drawing, &options.hpgl));
+        }
     }
     computed.seconds.emit = emitting.elapsed().as_secs_f64();
     computed.seconds.total = started.elapsed().as_secs_f64();
@@ -113,6 +117,15 @@ fn render(options: &DrawOptions, progress: Progress) -> Result<(), Error> {
 fn command_line() -> String {
     let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     shell_words::join(std::iter::once("penvis".to_owned()).chain(words))
+}
+
+/// What is to be known of a file that takes more pens than the plotter holds.
+fn by_hand(path: &Path, drawing: &Drawing, device: &Device) -> Option<String> {
+    let last = drawing.polylines.iter().map(|polyline| polyline.pen).max().filter(|last| *last > device.pens)?;
+    let (file, name, held) = (path.display(), &device.name, device.pens);
+    Some(format!(
+        "{file} takes pens up to {last}, and `{name}` holds {held}: `penvis plot` stops for the others, which not every program does"
+    ))
 }
 
 /// The bytes of one output.

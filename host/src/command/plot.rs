@@ -21,7 +21,7 @@ use crate::error::Error;
 use crate::journal::JournalError;
 use crate::options::{Arcs, DrawingOptions, OptionError, OrderOptions};
 use crate::progress::Progress;
-use crate::protocol::{self, Conversation, JobError, Protocol};
+use crate::protocol::{self, Conversation, JobError, Protocol, Unit};
 use crate::redraw::{Plotters, Redraw};
 use crate::resume::Whole;
 use crate::sim::{Fault, FaultError, Faults, PeerError, Recording, SimName, SimPort, Traffic};
@@ -171,12 +171,16 @@ pub enum PlotError {
         source: JobError,
     },
     /// Nobody is there to change the pen.
-    #[error("{name}: line {line} waits for its user (M0), and standard input is no terminal; plot it from one")]
+    #[error(
+        "{name}: {unit} {number} waits for its user, who is to change the pen, and standard input is no terminal; plot it from one"
+    )]
     Pause {
         /// The job.
         name: String,
-        /// The line.
-        line: usize,
+        /// What is counted.
+        unit: Unit,
+        /// Number of the first that waits.
+        number: usize,
     },
     /// The page does not fit.
     #[error(transparent)]

@@ -13,9 +13,10 @@ use crate::protocol::hpgl::encoded;
 
 /// The drawing as HPGL: absolute coordinates in whole plotter units, `PU` to each start, then `PD` lists no longer than the
 /// device takes, or one `PE` where it takes that. Rounding to the unit comes before anything else. No line breaks; every instruction ends with `;`.
+/// Pens keep their numbers, also those beyond what the device holds: see [`crate::protocol::hpgl::Holders`].
 ///
 /// # Errors
-/// If the device speaks no HPGL, has no such sheet or too few pens, or does not reach some ink.
+/// If the device speaks no HPGL, has no such sheet, or does not reach some ink.
 pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
     let Language::Hpgl(language) = &device.language else {
         return Err(EmitError::Language {
@@ -31,9 +32,6 @@ pub fn hpgl(drawing: &Drawing, device: &Device) -> Result<String, EmitError> {
     let mut held = None;
     for run in runs(drawing, language.unit_mm, |p: DVec2| place.to_machine(p)) {
         if held != Some(run.pen) {
-            if run.pen > device.pens {
-                return Err(EmitError::Pen { pen: run.pen, device: device.name.clone(), pens: device.pens });
-            }
             text.push_str(&device.fill(&language.pen_change, run.pen));
             text.push_str(&pressure(drawing, device, language, run.pen)?);
             held = Some(run.pen);
@@ -171,7 +169,7 @@ mod tests {
         let hp = find("hp7475a").unwrap();
         let on = |pen, x: f64| drawing(297.0, 210.0, vec![polyline(Iso, pen, &[[x, 100.0], [100.0, 100.0]])]);
         assert!(hpgl(&on(6, 11.0), &hp).is_ok());
-        assert!(matches!(hpgl(&on(7, 11.0), &hp), Err(EmitError::Pen { .. })));
+        assert!(hpgl(&on(7, 11.0), &hp).unwrap().contains("SP7;"));
         assert!(matches!(hpgl(&on(1, 9.0), &hp), Err(EmitError::Reach { .. })));
         assert!(matches!(hpgl(&on(1, 11.0), &find("penvis").unwrap()), Err(EmitError::Language { .. })));
         assert!(matches!(hpgl(&drawing(10.0, 10.0, Vec::new()), &hp), Err(EmitError::Place(_))));

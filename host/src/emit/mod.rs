@@ -97,18 +97,6 @@ pub enum EmitError {
         /// Where on the page, in mm from below.
         y: f64,
     },
-    /// The plotter has fewer pens.
-    #[error(
-        "the drawing wants pen {pen} and `{device}` holds {pens}; give its layers pens up to that with --pen LAYER=N, or choose another --device or --hidden dashed"
-    )]
-    Pen {
-        /// The pen wanted.
-        pen: u32,
-        /// The device.
-        device: String,
-        /// How many it holds.
-        pens: u32,
-    },
     /// A pen is to be pressed harder than the plotter can.
     #[error(
         "pen {pen} is to be pressed with force {force}, and `{device}` knows 1 to {forces}; change `force` in the scene"

@@ -3,7 +3,7 @@
 use super::{Finding, Repeated, Severity, whole};
 use crate::device::{Device, Handshake, Hpgl};
 use crate::protocol::Unit;
-use crate::protocol::hpgl::{Job, RESERVE};
+use crate::protocol::hpgl::{Holders, Job, RESERVE};
 use crate::trace::hpgl::{Action, Motion, Path, State};
 
 /// What is wrong with a job for a device.
@@ -13,6 +13,14 @@ pub(super) fn job(job: &Job, device: &Device, language: &Hpgl) -> Vec<Finding> {
     let (unfollowed, lists, long): (&mut Repeated, &mut Repeated, &mut Repeated) =
         (&mut unfollowed, &mut lists, &mut long);
     let (pens, speeds): (&mut Repeated, &mut Repeated) = (&mut pens, &mut speeds);
+    for (index, swap) in Holders::new(device.pens).follow(job, usize::MAX) {
+        pens.add(Severity::Warning, Unit::Instruction, index + 1, || {
+            format!(
+                "takes pen {}, and `{}` holds {}: the plot stops there until it is in holder {}",
+                swap.pen, device.name, device.pens, swap.holder
+            )
+        });
+    }
     for (index, instruction) in job.instructions().iter().enumerate() {
         let number = index + 1;
         let action = state.follow(instruction);
@@ -28,14 +36,6 @@ pub(super) fn job(job: &Job, device: &Device, language: &Hpgl) -> Vec<Finding> {
                     });
                 }
                 true
-            }
-            Action::Select => {
-                if let Some(pen) = state.pen.filter(|pen| *pen > device.pens) {
-                    pens.add(Severity::Error, Unit::Instruction, number, || {
-                        format!("takes pen {pen}, and `{}` holds {}", device.name, device.pens)
-                    });
-                }
-                false
             }
             Action::Unknown => true,
             _ => false,

@@ -57,7 +57,11 @@ fn gcode_against_the_profile() {
 fn hpgl_against_the_profile() {
     let list = "1,1,".repeat(40);
     let table: &[(String, &str, &str)] = &[
-        ("IN;SP7;PD1,1;".into(), "hp7475a", "error: instruction 2 takes pen 7, and `hp7475a` holds 6"),
+        (
+            "IN;SP7;PD1,1;".into(),
+            "hp7475a",
+            "warning: instruction 2 takes pen 7, and `hp7475a` holds 6: the plot stops there until it is in holder 1",
+        ),
         (
             "IN;PA17000,1;".into(),
             "hp7475a",

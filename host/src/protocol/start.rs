@@ -10,7 +10,7 @@ use crate::trace::gcode::Machine;
 pub struct Conversation {
     /// Says what is to be said.
     pub protocol: Box<dyn Protocol>,
-    /// First line at which the job waits for its user, from 1.
+    /// First line or instruction at which the job waits for its user, from 1.
     pub first_pause: Option<usize>,
 }
 
@@ -62,12 +62,14 @@ pub fn start(job: &[u8], device: &Device, baud: u32) -> Result<Conversation, Job
                 buffer_bytes: language.buffer_bytes,
                 list_points: language.list_points,
                 encoded: language.encoded,
+                pens: device.pens,
                 handshake: language.handshake,
                 speeds: language.speed_max.map(|fastest| (device.draw_feed / MM_MIN_PER_CM_S, fastest)),
                 baud,
             };
-            let protocol = hpgl::Hpgl::new(hpgl::Job::new(job)?, options);
-            Ok(Conversation { protocol: Box::new(protocol), first_pause: None })
+            let job = hpgl::Job::new(job)?;
+            let first_pause = hpgl::Holders::new(device.pens).follow(&job, usize::MAX).next().map(|(at, _)| at + 1);
+            Ok(Conversation { protocol: Box::new(hpgl::Hpgl::new(job, options)), first_pause })
         }
     }
 }

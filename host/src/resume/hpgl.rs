@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use super::Rest;
 use crate::device::{Device, Hpgl};
-use crate::protocol::hpgl::Job;
+use crate::protocol::hpgl::{Holders, Job};
 use crate::trace::hpgl::{Action, Motion, Path, State, is_setting};
 
 /// Where a job goes on.
@@ -33,6 +33,12 @@ pub fn rest(job: &Job, executed: usize, overlap_mm: f64, device: &Device, langua
     let (before, after) = instructions.split_at(start.instruction);
     let mut bytes: Vec<u8> = before.iter().filter(|instruction| is_setting(instruction)).flatten().copied().collect();
     let mut tell = String::new();
+    let mut holders = Holders::new(device.pens);
+    let _swaps = holders.follow(job, start.instruction).count();
+    // Whoever goes on may have put the plotter's own pens back.
+    for swap in holders.swaps().iter().filter(|swap| Some(swap.pen) != start.state.pen) {
+        tell.push_str(&device.fill(&language.pen_change, swap.pen));
+    }
     if let Some(pen @ 1..) = start.state.pen {
         tell.push_str(&device.fill(&language.pen_change, pen));
     }
@@ -129,6 +135,19 @@ mod tests {
         let (device, language) = device();
         let rest = rest(&Job::new(job.as_bytes()).unwrap(), executed, overlap_mm, &device, &language);
         (String::from_utf8(rest.job).unwrap(), rest.added, rest.skipped)
+    }
+
+    #[test]
+    fn pens_that_were_put_in_by_hand_are_asked_for_again() {
+        const JOB: &str = "IN;SP9;PU0,0;PD40,0;PU;SP2;PU40,80;PD120,80;PU;SP1;PD0,0;PU;";
+        let table = [
+            (4, "IN;PU;SP9;PA;PU40,0;PD;PU;SP2;PU40,80;PD120,80;PU;SP1;PD0,0;PU;"),
+            (8, "IN;PU;SP9;PU;SP2;PA;PU120,80;PD;PU;SP1;PD0,0;PU;"),
+            (10, "IN;PU;SP1;PA;PU120,80;PD0,0;PU;"),
+        ];
+        for (executed, expected) in table {
+            assert_eq!(left(JOB, executed, 0.0).0, expected, "{executed}");
+        }
     }
 
     #[test]

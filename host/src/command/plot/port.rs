@@ -103,7 +103,9 @@ pub(super) fn ask(job: &Job, line: &Line<'_>, check: bool) -> Result<(), PlotErr
 /// Refuses a job that waits for its user when there is none.
 pub(super) fn check_user(name: &str, conversation: &Conversation, interface: &Interface) -> Result<(), PlotError> {
     match conversation.first_pause {
-        Some(line) if !interface.answers() => Err(PlotError::Pause { name: name.to_owned(), line }),
+        Some(number) if !interface.answers() => {
+            Err(PlotError::Pause { name: name.to_owned(), unit: conversation.protocol.place().unit, number })
+        }
         _ => Ok(()),
     }
 }

@@ -19,6 +19,7 @@ mod answers;
 mod codes;
 pub(crate) mod encoded;
 mod flow;
+mod holders;
 mod job;
 mod probe;
 mod replies;
@@ -27,6 +28,7 @@ mod words;
 use std::time::Duration;
 
 pub(crate) use flow::RESERVE;
+pub use holders::{Holders, Swap};
 pub use job::{Job, JobError};
 
 use super::{Control, Event, Fault, Input, Lines, Outbox, Place, Progress, Protocol, Unit};
@@ -73,6 +75,8 @@ pub struct Options {
     pub list_points: usize,
     /// Whether strokes go in `PE`.
     pub encoded: bool,
+    /// How many pens the plotter holds; others are asked for when their turn comes.
+    pub pens: u32,
     /// How the buffer is kept from overflowing.
     pub handshake: Handshake,
     /// Speed where the job says none, and the fastest, in cm/s; none where the plotter's speed cannot be set.
@@ -135,6 +139,8 @@ enum Pause {
     Wanted,
     /// The plotter rests, and the user was told.
     AtRest,
+    /// The user was asked to put a pen into its holder.
+    Swap,
 }
 
 impl Hpgl {
@@ -180,6 +186,7 @@ impl Hpgl {
             buffer_bytes,
             list_points: options.list_points,
             encoded: options.encoded,
+            pens: options.pens,
             asks_often: handshake != Handshake::EscB,
             question,
             speeds: options.speeds,
@@ -280,7 +287,8 @@ impl Hpgl {
                 self.pause = Some(Pause::AtRest);
                 self.outbox.tell(Event::Paused);
             }
-            Some(Pause::AtRest) => self.goes_on(now),
+            Some(Pause::AtRest | Pause::Swap) => self.goes_on(now),
+            _ if self.words.swap().is_some() => self.want_swap(),
             _ if self.words.peek(&self.job).is_none() => {
                 self.phase = Phase::Finishing;
                 self.pause = None;
@@ -385,10 +393,21 @@ impl Hpgl {
         }
     }
 
+    /// Asks for a pen, once nothing else is asked that time could run out for meanwhile.
+    fn want_swap(&mut self) {
+        if let Some(Swap { pen, holder }) = self.words.swap().filter(|_| self.asked.is_none()) {
+            let place = if self.options.pens > 1 { format!("holder {holder}") } else { "the holder".to_owned() };
+            self.pause = Some(Pause::Swap);
+            self.outbox.tell(Event::Prompt(format!("put pen {pen} into {place}")));
+        }
+    }
+
     fn resume(&mut self, now: Duration) {
-        if self.pause.take() == Some(Pause::AtRest) {
-            self.goes_on(now);
-            self.outbox.tell(Event::Resumed);
+        self.goes_on(now);
+        match self.pause.take() {
+            Some(Pause::AtRest) => self.outbox.tell(Event::Resumed),
+            Some(Pause::Swap) => self.words.swapped(),
+            Some(Pause::Wanted) | None => {}
         }
     }
 }

@@ -77,6 +77,7 @@ struct Plotter {
     enquired: bool,
     out: Vec<u8>,
     speeds: Vec<i64>,
+    pens: Vec<i64>,
     aborted: bool,
 }
 
@@ -101,6 +102,7 @@ impl Plotter {
             enquired: false,
             out: Vec::new(),
             speeds: Vec::new(),
+            pens: Vec::new(),
             aborted: false,
         }
     }
@@ -252,7 +254,8 @@ impl Plotter {
             }
             "OI" if self.begun || !self.knows.wants_in => self.say("7475A"),
             "VS" => self.speeds.extend(numbers),
-            "SP" | "LT" | "OI" => {}
+            "SP" => self.pens.extend(numbers),
+            "LT" | "OI" => {}
             _ => self.error = 1,
         }
     }
@@ -273,6 +276,7 @@ fn options(size: usize, handshake: Handshake) -> Options {
         buffer_bytes: size,
         list_points: 32,
         encoded: false,
+        pens: 6,
         handshake,
         speeds: Some((38.0, 38)),
         baud: 9600,
@@ -498,6 +502,28 @@ fn it_rests_at_the_end_of_a_stroke() {
     assert_eq!(run.finish(), Event::Done);
     assert!(run.events.contains(&Event::Resumed));
     assert_eq!(run.plotter.ink, drawn(&job));
+}
+
+#[test]
+fn it_waits_for_a_pen_that_it_does_not_hold() {
+    let job = [&long_job(5)[..], b"SP7;PU5,5;PD9,9;PU;SP0;"].concat();
+    let whole = drawn(&job);
+    for (size, knows) in [(60, SPACE), (255, XON_XOFF), (60, NONE)] {
+        let mut run = Run::new(&job, Plotter::new(size, knows), Handshake::Auto);
+        let waits = Event::Prompt("put pen 7 into holder 1".into());
+        while !run.events.contains(&waits) {
+            run.step();
+        }
+        // All that comes before is drawn, and the pen put away; the user takes an hour.
+        assert_eq!((run.plotter.ink.len(), run.plotter.down), (whole.len() - 1, false));
+        assert_eq!(run.plotter.pens, [1, 0, 0]);
+        assert_eq!(run.protocol.progress().executed, long_job(5).split(|byte| *byte == b';').count() - 1);
+        run.ms += 3_600_000;
+        run.protocol.control(Control::Resume, Duration::from_millis(run.ms));
+        assert_eq!(run.finish(), Event::Done);
+        assert_eq!((&run.plotter.ink, &run.plotter.pens[3..]), (&whole, &[1, 0][..]));
+        assert_eq!(run.events, [waits, Event::Done]);
+    }
 }
 
 #[test]

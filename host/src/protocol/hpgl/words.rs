@@ -17,6 +17,7 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 
+use super::holders::{Holders, Swap, selected};
 use super::{Job, encoded};
 use crate::trace::hpgl::{Action, Motion, Path, State};
 
@@ -40,6 +41,8 @@ impl Ask {
 
 /// Longest list of relative moves in bytes; shorter where the buffer is small.
 const LIST_BYTES: usize = 200;
+/// Puts the pen into its holder.
+const PUT_AWAY: &[u8] = b"SP0;";
 /// Largest increment that every plotter takes.
 const INCREMENT_MAX: i64 = 32_767;
 
@@ -94,6 +97,9 @@ pub(super) struct Words {
     span: usize,
     /// What is asked.
     question: Ask,
+    holders: Holders,
+    /// What is to be done by hand before the next instruction.
+    swap: Option<Swap>,
     /// Speed in percent of that of the job, the speed that the job has when it says none, and the fastest (cm/s).
     percent: u16,
     speeds: Option<(f64, u32)>,
@@ -112,6 +118,8 @@ pub(super) struct Limits {
     pub(super) asks_often: bool,
     /// What the plotter is asked.
     pub(super) question: Ask,
+    /// Pens that it holds.
+    pub(super) pens: u32,
     /// Speed where the job says none, and the fastest, in cm/s; none where the plotter's speed cannot be set.
     pub(super) speeds: Option<(f64, u32)>,
 }
@@ -130,6 +138,8 @@ impl Words {
             encoded: limits.encoded,
             span: if limits.asks_often { third } else { usize::MAX },
             question: limits.question,
+            holders: Holders::new(limits.pens),
+            swap: None,
             percent: 100,
             speeds: limits.speeds,
         }
@@ -149,7 +159,7 @@ impl Words {
 
     /// The next unit; none when there is none left.
     pub(super) fn peek(&mut self, job: &Job) -> Option<&Unit> {
-        while self.units.is_empty() && self.next < job.instructions().len() {
+        while self.units.is_empty() && self.swap.is_none() && self.next < job.instructions().len() {
             self.make(job);
         }
         if self.units.is_empty() && self.unasked > 0 {
@@ -168,6 +178,18 @@ impl Words {
 
     pub(super) fn take(&mut self) -> Option<Unit> {
         self.units.pop_front()
+    }
+
+    /// What is to be done by hand now, if that is so. All units are taken by then.
+    pub(super) fn swap(&self) -> Option<Swap> {
+        self.swap.filter(|_| self.units.is_empty() && self.unasked == 0)
+    }
+
+    /// It is done.
+    pub(super) fn swapped(&mut self) {
+        if let Some(swap) = self.swap.take() {
+            self.holders.put(swap);
+        }
     }
 
     /// Draws at this speed from here on.
@@ -211,6 +233,14 @@ impl Words {
         if (changes || begins_anew) && self.unasked > 0 {
             self.ask();
         }
+        let pen = selected(instruction);
+        if let Some(swap) = pen.and_then(|pen| self.holders.swap(pen)) {
+            // Nobody can reach for a pen that is held up.
+            self.state.follow(PUT_AWAY);
+            self.verbatim(PUT_AWAY);
+            self.swap = Some(swap);
+            return;
+        }
         match action {
             Action::Move(Motion { lowers, path: Path::Through(points) }) => {
                 self.lower(lowers.filter(|lowers| before.down != Some(*lowers)));
@@ -244,7 +274,10 @@ impl Words {
             }
             Action::Select | Action::Unknown => {
                 self.state = state;
-                self.verbatim(instruction);
+                match pen.map(|pen| (pen, self.holders.of(pen))) {
+                    Some((pen, holder)) if holder != pen => self.verbatim(format!("SP{holder};").as_bytes()),
+                    _ => self.verbatim(instruction),
+                }
             }
         }
         self.next += 1;
@@ -336,6 +369,7 @@ mod tests {
         encoded: false,
         asks_often: false,
         question: Ask::Place,
+        pens: 8,
         speeds: Some((38.0, 38)),
     };
 
@@ -386,6 +420,32 @@ mod tests {
         let small = Limits { buffer_bytes: 60, encoded: true, ..LIMITS };
         let text = sent(&format!("IN;PA0,0;PD{}0,0;PU;", "1000,0,0,0,".repeat(20)), small);
         assert!(text.contains("PE7") && text.split_inclusive(';').all(|one| one.len() <= 20), "{text}");
+    }
+
+    #[test]
+    fn a_pen_that_the_plotter_does_not_hold_waits_until_it_is_put_in() {
+        let job = Job::new(b"IN;PA;SP1;PU1,1;PD2,2;PU;SP3;PU1,1;PD2,2;PU;SP1;PU;SP0;").unwrap();
+        let mut words = Words::new(Limits { pens: 2, ..LIMITS });
+        let mut parts = Vec::new();
+        loop {
+            let mut text = String::new();
+            while words.peek(&job).is_some() {
+                assert_eq!(words.swap(), None);
+                text.push_str(&String::from_utf8_lossy(&words.take().unwrap().bytes));
+            }
+            let swap = words.swap();
+            parts.push((text, words.expected().pieces, swap.map(|swap| (swap.pen, swap.holder))));
+            if swap.is_none() {
+                break;
+            }
+            words.swapped();
+        }
+        let wanted = [
+            ("IN;PA;OA;SP1;PA1,1;OA;PD;PR1,1;OA;PU;OA;SP0;OA;", 6, Some((3, 1))),
+            ("SP1;PR-1,-1;OA;PD;PR1,1;OA;PU;OA;SP0;OA;", 10, Some((1, 1))),
+            ("SP1;PU;OA;SP0;OA;", 13, None),
+        ];
+        assert_eq!(parts, wanted.map(|(text, pieces, swap)| (text.to_owned(), pieces, swap)));
     }
 
     #[test]
