@@ -3,12 +3,14 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use penvis::drawing::Polyline;
 use penvis::isocurves::Isocurves;
-use penvis::page::{Depths, Inks, Layout, PenPath, lay_out};
+use penvis::page::{Depths, Inks, Joining, Layout, PenPath, lay_out};
 use penvis::{builtin, emit};
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_tests::plotter::{draw, options, plot, simulated};
+use penvis_tests::strokes::hatches;
 
 /// The teapot is the figure to watch; the others are perspective, many small patches, and interlocking outlines.
 const MODELS: [&str; 4] = ["teapot", "pawn", "spring", "linked_tori"];
@@ -87,5 +89,21 @@ fn simulation(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, stages, isocurves, end_to_end, simulation);
+/// Strokes of which each is there twice and meets others, drawn once and joined.
+fn joining(c: &mut Criterion) {
+    let mut group = c.benchmark_group("joining");
+    group.sample_size(10);
+    for count in [1_000, 10_000, 100_000] {
+        let lines = hatches(count / 2).into_iter().chain(hatches(count / 2));
+        let strokes: Vec<_> = lines.map(|line| Polyline::stroke("ink", 1, line)).collect();
+        let joining = Joining { same_mm: 0.01, gap_mm: 0.1, chord_mm: 0.001, hidden: false };
+        group.throughput(Throughput::Elements(strokes.len() as u64));
+        group.bench_function(BenchmarkId::from_parameter(count), |b| {
+            b.iter_batched(|| strokes.clone(), |strokes| joining.join(strokes, &|| false), BatchSize::PerIteration);
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, stages, isocurves, joining, end_to_end, simulation);
 criterion_main!(benches);
