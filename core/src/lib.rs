@@ -21,6 +21,7 @@
 //! | [`arrange`] | the curves split where their visibility can change |
 //! | [`visibility`] | quantitative invisibility of every piece |
 //! | [`stroke`] | visible pieces flattened and chained |
+//! | [`visible`] | instead of strokes: the visible part of every surface as a region |
 //! | [`render`] | instead of strokes: the surfaces painted into a z-buffer |
 //!
 //! [`pipeline`] runs them in order:
@@ -68,3 +69,4 @@ pub mod trim;
 pub mod trim_line;
 pub mod view;
 pub mod visibility;
+pub mod visible;

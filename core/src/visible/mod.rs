@@ -1,0 +1,119 @@
+//! The visible part of every surface as closed loops on the screen and in its parameters (Ruan, Zhang and Yong 2006, *Visible
+//! region extraction from a sequence of rational Bézier surfaces*).
+
+use alloc::vec::Vec;
+
+use glam::DVec2;
+
+use crate::extract::CurveKind;
+
+/// What is visible of a scene, surface by surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VisibleRegions {
+    /// The surfaces of which something is visible, in increasing order. No two overlap.
+    pub regions: Vec<VisibleRegion>,
+    /// Places at which a border is not known. What of a border could not be closed because of them is left out.
+    pub undecided: Vec<UndecidedBorder>,
+    /// Counts.
+    pub stats: VisibleStats,
+}
+
+/// What is visible of one surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisibleRegion {
+    /// Index of the surface in the scene.
+    pub surface: usize,
+    /// Its border, with the region on the left (y up): outer loops run counter-clockwise, holes clockwise, and there may be
+    /// several of both. Filled by the nonzero rule or by the even-odd rule it is the same.
+    ///
+    /// Where both sides of a line belong to the region, but are different parts of the surface, two edges run along it, one
+    /// in each direction: where the surface hides a part of itself, and along the seam of a closed surface, at which it is cut
+    /// so that its loops are closed in the parameters as well.
+    pub loops: Vec<VisibleLoop>,
+}
+
+/// A closed line that borders a region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisibleLoop {
+    /// Its edges, each beginning at the screen point at which the one before it ends, and the first one at the end of the last. In the
+    /// parameters they do so too, to the precision of the points, but for a pole: there the loop goes on along the side that
+    /// collapses to the point.
+    pub edges: Vec<VisibleEdge>,
+}
+
+/// A part of one curve of the picture, as the border of a region.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisibleEdge {
+    /// What the curve is: a [`Boundary`](CurveKind::Boundary), [`Crease`](CurveKind::Crease) or
+    /// [`Silhouette`](CurveKind::Silhouette), which a drawing shows as a line, a [`Smooth`](CurveKind::Smooth) join, which it does
+    /// not show, or a [`Section`](CurveKind::Section).
+    pub kind: CurveKind,
+    /// Whether the surface of the region ends in the curve; if not, it goes on behind another surface, or behind another part
+    /// of itself.
+    pub own: bool,
+    /// Two points or more, in the direction of the loop, ends included.
+    pub points: Vec<BorderPoint>,
+}
+
+/// A point of a border.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BorderPoint {
+    /// On the screen.
+    pub screen: DVec2,
+    /// Parameters of the region's surface.
+    pub uv: DVec2,
+}
+
+/// A place at which a border is not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UndecidedBorder {
+    /// On the screen.
+    pub at: DVec2,
+    /// The surface whose border it is, if that is known.
+    pub surface: Option<usize>,
+    /// Why.
+    pub why: &'static str,
+}
+
+/// What finding regions counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VisibleStats {
+    /// Visible parts of curves.
+    pub parts: u64,
+    /// Edges that they were split into where one passes behind another, or ends in it.
+    pub edges: u64,
+    /// Edges that border nothing: both sides are one part of one surface.
+    pub inner: u64,
+    /// Vertices.
+    pub vertices: u64,
+    /// Sight lines for the surfaces beside edges, and for points on the surfaces behind them.
+    pub rays: u64,
+}
+
+impl VisibleRegion {
+    /// Its area on the screen, by the polygons of its loops. It is short of the true one by no more than two thirds of the
+    /// length of the border times the tolerance.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.loops.iter().map(VisibleLoop::area).sum()
+    }
+}
+
+impl VisibleLoop {
+    /// All points in order; where two edges meet, both have the point.
+    pub fn points(&self) -> impl Iterator<Item = &BorderPoint> {
+        self.edges.iter().flat_map(|e| &e.points)
+    }
+
+    /// The area inside on the screen, by Green's theorem; negative for a hole.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        // About a point of the loop, so that far from the origin no digits are lost.
+        let Some(origin) = self.points().next().map(|p| p.screen) else { return 0.0 };
+        let chords = self.edges.iter().flat_map(|e| e.points.windows(2));
+        chords.map(|w| 0.5 * (w[0].screen - origin).perp_dot(w[1].screen - origin)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests;
