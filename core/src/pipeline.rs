@@ -21,7 +21,7 @@ use crate::stop::{Stop, Stopped};
 use crate::stroke::{self, Stroke, chain, flatten};
 use crate::view::{Camera, Patch, ViewError, ViewScene};
 use crate::visibility::{
-    ClassifyOptions, Cracks, Method, Occluders, Outermost, Sighting, Subject, VisibilityStats, classify,
+    ClassifyOptions, Cracks, Method, Occluders, Outermost, Sighting, Subject, VisibilityStats, classify, halo,
 };
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
@@ -170,6 +170,8 @@ pub struct Prepared {
     arcs: Arcs,
     styles: Styles,
     options: DrawOptions,
+    /// Gap beside outlines, screen units.
+    halo: f64,
     stats: Stats,
 }
 
@@ -245,7 +247,7 @@ impl Prepared {
             chains: chains.stats,
             ..Stats::default()
         };
-        Ok(Self { view, stitching, forms, curves, chains, arcs, styles, options: *options, stats })
+        Ok(Self { view, stitching, forms, curves, chains, arcs, styles, options: *options, halo: 0.0, stats })
     }
 
     /// Adds adaptive isocurves to the surfaces whose styles have isocurves, but for facets of meshes. They lie inside the picture as it is, so that their spacing can be chosen by its
@@ -267,6 +269,11 @@ impl Prepared {
         self.curves.extend(curves);
         self.stats.adaptive = found.stats;
         Ok(())
+    }
+
+    /// Leaves gaps of this width (screen units) where curves pass behind outlines that are drawn; 0 for none. See [`halo`].
+    pub fn leave_gaps(&mut self, gap: f64) {
+        self.halo = gap;
     }
 
     /// Lower left and upper right corner of the picture on the screen.
@@ -376,8 +383,12 @@ impl Prepared {
             cracks: &cracks,
             stop,
         };
-        let (sightings, visibility) = classify(&subject, &self.classifying());
+        let (mut sightings, visibility) = classify(&subject, &self.classifying());
         stop.check()?;
+        if self.halo > 0.0 {
+            sightings = halo(&subject, sightings, self.halo, self.options.deepest);
+            stop.check()?;
+        }
         Ok((sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() }))
     }
 

@@ -93,6 +93,9 @@ pub struct DrawingArgs {
     /// layer with --qi]
     #[arg(long, value_name = "HOW")]
     pub hidden: Option<String>,
+    /// Cut curves back by this much where they pass behind the outline of something nearer, in mm
+    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    pub halo: f64,
     /// Draw what has up to N sheets of surface in front of it, each number of sheets on a layer and with a pen of its own,
     /// or in shorter dashes [default: visible curves only, or with --hidden all of them alike]
     #[arg(long, value_name = "N")]

@@ -78,6 +78,11 @@ impl Loaded<'_> {
         self.options.depths
     }
 
+    /// Whether curves leave gaps beside outlines.
+    pub(crate) fn has_gaps(&self) -> bool {
+        self.options.halo_mm > 0.0
+    }
+
     /// The files that the model comes from.
     #[must_use]
     pub fn files(&self) -> &[ModelFile] {
@@ -170,6 +175,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
+    prepared.leave_gaps(layout.to_screen_length(options.halo_mm));
     let shares = Shares::of(settled.tolerance_mm, curved);
     let tolerance = layout.to_screen_length(shares.traced_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;

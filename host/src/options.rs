@@ -121,6 +121,8 @@ pub struct DrawingOptions {
     pub depths: Depths,
     /// Most sheets in front of what is drawn, if anything hidden is.
     pub deepest: u32,
+    /// Gap in mm that curves leave beside outlines that they pass behind.
+    pub halo_mm: f64,
     /// Time after which to give up.
     pub time_limit: Option<Duration>,
     /// How visibility is found.
@@ -182,6 +184,9 @@ impl DrawingOptions {
             return Err(bad("--hidden", "omit", "leaves nothing to --qi; give dashed or layer, or --qi 0"));
         }
         let deepest = args.qi.unwrap_or(u32::MAX);
+        if !(args.halo.is_finite() && args.halo >= 0.0) {
+            return Err(bad("--halo", args.halo, "is not a gap in mm; give 0 or more"));
+        }
         let depths = if args.qi.is_some() { Depths::Apart } else { Depths::Together };
         let time_limit = match args.time_limit {
             Some(s) => match Duration::try_from_secs_f64(s) {
@@ -208,6 +213,7 @@ impl DrawingOptions {
             pen_width_mm: args.pen_width,
             depths,
             deepest,
+            halo_mm: args.halo,
             visibility,
             time_limit,
             sheet,
@@ -605,6 +611,7 @@ mod tests {
             ("--curves silhouete", "`silhouete` is not one of boundary"),
             ("--curves iso,", "`` is not one of"),
             ("--iso 1001", "--iso 1001: "),
+            ("--halo nan", "--halo NaN: "),
             ("--iso-spacing 0", "--iso-spacing 0: "),
             ("--iso-spacing nan", "--iso-spacing NaN: "),
             ("--iso-levels 2", "goes with --iso-spacing or --shade"),

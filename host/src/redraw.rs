@@ -315,6 +315,7 @@ fn of_models(args: &DrawingArgs) -> Option<&'static str> {
         ("--light", args.light != "-1,1,1"),
         ("--crease-angle", args.crease_angle.is_some()),
         ("--hidden", args.hidden.is_some()),
+        ("--halo", args.halo != 0.0),
         ("--qi", args.qi.is_some()),
         ("--visibility", args.visibility != "rays"),
         ("--time-limit", args.time_limit.is_some()),

@@ -28,6 +28,9 @@ pub enum StoreError {
     /// Dashes, or depths told apart.
     #[error("--hidden, --qi: a board draws hidden curves in full and with one pen; give --hidden layer, or omit")]
     Hidden,
+    /// Gaps beside outlines.
+    #[error("--halo: a board draws curves up to the outlines that they pass behind; leave it out")]
+    Halo,
     /// Pens by kind.
     #[error("--pen: a board draws all visible curves of a surface with one pen; give --pen N")]
     Pens,
@@ -57,6 +60,9 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
         return Err(error.into());
     };
     let apart = loaded.depths() == Depths::Apart;
+    if loaded.has_gaps() {
+        return Err(StoreError::Halo.into());
+    }
     let Placed { scene, view, wanted, layout, settled, .. } = place(loaded)?;
     if settled.adaptive.is_some() {
         return Err(StoreError::Adaptive.into());

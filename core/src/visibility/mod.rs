@@ -17,6 +17,7 @@ mod certainty;
 mod classify;
 mod coverage;
 mod crack;
+mod halo;
 mod hierarchy;
 mod leaf;
 mod links;
@@ -27,6 +28,7 @@ mod ray;
 pub use certainty::Certainty;
 pub use classify::{ClassifyOptions, Doubt, Method, Outermost, Sighting, Subject, VisibilityStats, classify};
 pub use crack::Cracks;
+pub use halo::halo;
 pub use hierarchy::Occluders;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 
