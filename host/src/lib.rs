@@ -8,6 +8,7 @@
 //! | [`model`], [`builtin`] | surfaces and a view, from files or by name |
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
 //! | [`page`], [`pens`], [`drawing`] | strokes on paper: scale, place, dashes, pens, order |
+//! | [`fill`] | visible regions covered with lines |
 //! | [`marking`] | registration marks and a title on the sheet |
 //! | [`redraw`] | a drawing from a file, drawn again |
 //! | [`store`] | a scene with its drawing's options, for a board that draws it by itself |
@@ -28,6 +29,7 @@ pub mod drawing;
 pub mod emit;
 pub mod error;
 pub mod estimate;
+pub mod fill;
 pub mod interrupt;
 pub mod isocurves;
 pub mod journal;
