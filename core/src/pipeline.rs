@@ -4,25 +4,28 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
+mod picture;
+
 use crate::arrange::region::{Region, regions};
-use crate::arrange::{Arcs, ArrangeStats, Arrangement, Clusters, CurveArcs, Tolerance, arrange, clusters};
+use crate::arrange::{Arcs, ArrangeStats, CurveArcs};
 use crate::extract::adaptive::{AdaptiveOptions, AdaptiveStats, adaptive_curves, cover};
 use crate::extract::chain::{ChainOptions, ChainStats, SilhouetteChains, silhouette_chains};
-use crate::extract::facing::{Facing, FacingForm, FacingStats, facing_of_all};
+use crate::extract::facing::{FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
-use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, silhouettes};
+use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, Silhouettes, silhouettes};
 use crate::extract::{
-    CurveKind, CurveOptions, CurveSet, Geometry, Style, Styles, SurfaceCurve, UndecidedPart, curves, cut_to_trims,
+    CurveKind, CurveOptions, CurveSet, Geometry, Style, Styles, SurfaceCurve, UndecidedPart, curves as gathered,
+    cut_to_trims,
 };
 use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
 use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{self, Stroke, chain, flatten};
-use crate::view::{Camera, Patch, ViewError, ViewScene};
-use crate::visibility::{
-    ClassifyOptions, Cracks, Method, Occluders, Outermost, Sighting, Subject, VisibilityStats, classify, halo,
-};
+use crate::view::{Camera, ViewError, ViewScene};
+use crate::visibility::{Method, Sighting, Subject, VisibilityStats};
+use crate::visible::{BorderOptions, VisibleRegions, visible_regions};
+use picture::{Counts, Picture, tolerance};
 
 /// What is to be drawn. Lengths are derived from the scene's size where they are not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,12 +157,6 @@ const TRACE_ANGLE: f64 = 0.2;
 /// Distance between rays along a piece, of the size.
 const RAY_SPACING: f64 = 0.02;
 
-/// What visibility is decided of.
-struct Split {
-    arrangement: Arrangement,
-    outermost: Outermost,
-}
-
 /// A scene with its curves extracted; knows how large the picture is.
 pub struct Prepared {
     view: ViewScene,
@@ -218,7 +215,7 @@ impl Prepared {
         stop.check()?;
         let g = Geometry { view: &view, forms: &forms };
         let gather = CurveOptions { styles: &styles, angle: options.smooth_angle, contact: STITCH * size };
-        let (mut curves, cut) = cut_to_trims(&g, curves(&g, &stitching, &traced, &gather, stop));
+        let (mut curves, cut) = cut_to_trims(&g, gathered(&g, &stitching, &traced, &gather, stop));
         stop.check()?;
         let (mut undecided_silhouettes, silhouette) = (traced.undecided, traced.stats);
         drop(traced.curves);
@@ -271,7 +268,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// Leaves gaps of this width (screen units) where curves pass behind outlines that are drawn; 0 for none. See [`halo`].
+    /// Leaves gaps of this width (screen units) where curves pass behind outlines that are drawn; 0 for none. See [`halo`](crate::visibility::halo).
     pub fn leave_gaps(&mut self, gap: f64) {
         self.halo = gap;
     }
@@ -310,16 +307,10 @@ impl Prepared {
         &self.chains
     }
 
-    /// Below what lengths things are one.
-    fn tolerance(&self) -> Tolerance {
-        let size = self.view.size();
-        Tolerance { resolution: RESOLUTION * size, contact: STITCH * size }
-    }
-
     /// The regions without silhouettes, in parts that do not overlap themselves on the screen.
     #[must_use]
     pub fn regions(&self) -> Vec<Region> {
-        regions(&self.geometry(), self.tolerance())
+        regions(&self.geometry(), tolerance(&self.view))
     }
 
     /// Splits and decides visibility: every inked curve in parts of one quantitative invisibility each, hidden ones too.
@@ -328,68 +319,82 @@ impl Prepared {
     /// # Errors
     /// If the monitor stops it.
     pub fn sightings(&self, monitor: &dyn Monitor) -> Result<(Vec<Sighting>, Stats), Stopped> {
-        self.seen(self.split(monitor)?, monitor)
+        let picture = self.picture();
+        picture.seen(picture.split(self.curve_arcs(), monitor)?, monitor, |_, sightings, counts| {
+            (sightings, self.with(counts))
+        })
     }
 
-    /// Splits, and finds all that visibility has to know of the arcs.
-    fn split(&self, monitor: &dyn Monitor) -> Result<Split, Stopped> {
-        let stops = || monitor.stops();
-        let stop = Stop::when(&stops);
-        let size = self.view.size();
-        monitor.begin(Stage::Arrange);
-        let tolerance = self.tolerance();
-        // A patch seen edge-on hides nothing, so that it does not matter where a curve pierces it.
-        let covering = self.view.patches().iter().zip(&self.forms).filter(|(_, f)| f.facing != Facing::EdgeOn);
-        let patches: Vec<&Patch> = covering.map(|(p, _)| p).collect();
-        let clusters = if self.options.clusters {
-            clusters(&self.geometry(), &self.stitching, tolerance, stop)
-        } else {
-            Clusters::none()
-        };
-        let arrangement = arrange(self.curve_arcs(), &patches, &self.stitching, &clusters, tolerance, stop);
-        stop.check()?;
-        let outermost = Outermost::new(self.curve_arcs(), size, &self.classifying());
-        Ok(Split { arrangement, outermost })
+    /// All counts, with those of splitting and of visibility.
+    fn with(&self, (arrange, visibility): Counts) -> Stats {
+        Stats { arrange, visibility, ..self.stats.clone() }
     }
 
-    /// How visibility is decided.
-    fn classifying(&self) -> ClassifyOptions {
-        let size = self.view.size();
-        ClassifyOptions {
-            method: self.options.visibility,
-            spacing: RAY_SPACING * size,
-            resolution: 1e-9 * size,
-            count_hidden: self.options.deepest > 0,
-        }
-    }
-
-    /// Decides the visibility of what is split. No arcs are needed for that.
-    fn seen(&self, split: Split, monitor: &dyn Monitor) -> Result<(Vec<Sighting>, Stats), Stopped> {
-        let stops = || monitor.stops();
-        let stop = Stop::when(&stops);
-        let Split { arrangement, outermost } = split;
-        monitor.begin(Stage::Visibility);
-        let occluders = Occluders::trimmed(self.view.patches(), &|s| self.view.trims(s), self.options.cells, stop);
-        stop.check()?;
-        let cracks = Cracks::new(&self.view, &self.stitching, occluders.resolution());
-        let subject = Subject {
+    /// What splitting and visibility have to know.
+    fn picture(&self) -> Picture<'_> {
+        Picture {
             geometry: self.geometry(),
-            curves: &self.curves,
-            outermost: &outermost,
-            chains: &self.chains,
-            arrangement: &arrangement,
             stitching: &self.stitching,
-            occluders: &occluders,
-            cracks: &cracks,
-            stop,
-        };
-        let (mut sightings, visibility) = classify(&subject, &self.classifying());
-        stop.check()?;
-        if self.halo > 0.0 {
-            sightings = halo(&subject, sightings, self.halo, self.options.deepest);
-            stop.check()?;
+            curves: &self.curves,
+            chains: &self.chains,
+            options: &self.options,
+            halo: self.halo,
         }
-        Ok((sightings, Stats { arrange: arrangement.stats, visibility, ..self.stats.clone() }))
+    }
+
+    /// The visible part of every surface, bordered by loops with chords within `tolerance` (screen units) and with no more than
+    /// `normal_angle` (radians) between the normals of the surface at neighbouring points. Which curves are wanted on paper, and
+    /// which hidden parts, makes no difference. Nothing of a surface without area on the screen is visible.
+    ///
+    /// Cost: that of [`sightings`](Self::sightings) for all curves but isocurves, eight sight lines an edge, and one a point of
+    /// borders that go on behind another surface.
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn visible_regions(
+        &self,
+        tolerance: f64,
+        normal_angle: f64,
+        monitor: &dyn Monitor,
+    ) -> Result<VisibleRegions, Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        monitor.begin(Stage::Extract);
+        let (g, size) = (self.geometry(), self.view.size());
+        let curves = self.bordering(stop);
+        stop.check()?;
+        let chaining = ChainOptions { gap: STITCH * size, angle: self.options.smooth_angle };
+        let chains = silhouette_chains(&g, &self.stitching, &curves, chaining);
+        let arcs = Arcs::new(&curves, &g, FIT * size, self.options.keep_arcs, stop);
+        stop.check()?;
+        let options = DrawOptions { deepest: 0, ..self.options };
+        let picture =
+            Picture { geometry: g, curves: &curves, chains: &chains, options: &options, halo: 0.0, ..self.picture() };
+        let split = picture.split(arcs.with(&curves, g), monitor)?;
+        let border = BorderOptions { tolerance, normal_angle, contact: 2.0 * STITCH * size };
+        let found = picture.seen(split, monitor, |subject, sightings, _| {
+            monitor.begin(Stage::Stroke);
+            visible_regions(subject, &sightings, border)
+        })?;
+        stop.check()?;
+        Ok(found)
+    }
+
+    /// All curves that can border a visible region, inked: those that there are whatever is wanted, smooth joins, and sections.
+    fn bordering(&self, stop: Stop<'_>) -> Vec<SurfaceCurve> {
+        let (g, contact) = (self.geometry(), STITCH * self.view.size());
+        let mut curves: Vec<SurfaceCurve> = self.curves.iter().filter(|c| c.active).cloned().collect();
+        let joins = CurveSet { smooth: true, ..CurveSet::NONE };
+        let styles = Styles::uniform(Style { curves: CurveSet { section: true, ..joins }, isos: 0 });
+        let gather = CurveOptions { styles: &styles, angle: self.options.smooth_angle, contact };
+        let all = gathered(&g, &self.stitching, &Silhouettes::default(), &gather, stop);
+        curves.extend(all.into_iter().filter(|c| c.kind == CurveKind::Smooth));
+        let found = sections(&self.view, &self.stitching, contact, stop);
+        curves.extend(cut_to_trims(&g, section_curves(&g, &found, &styles)).0);
+        for curve in &mut curves {
+            curve.inked = true;
+        }
+        curves
     }
 
     /// Splits, decides visibility, and flattens with chords within `tolerance` (screen units).
@@ -421,9 +426,10 @@ impl Prepared {
         monitor: &dyn Monitor,
         draw: &mut dyn FnMut(Stroke),
     ) -> Result<Stats, Stopped> {
-        let split = self.split(monitor)?;
+        let split = self.picture().split(self.curve_arcs(), monitor)?;
         self.arcs = Arcs::default();
-        let (mut sightings, stats) = self.seen(split, monitor)?;
+        let seen = |_: &Subject<'_>, sightings, counts| (sightings, self.with(counts));
+        let (mut sightings, stats) = self.picture().seen(split, monitor, seen)?;
         let Self { view, forms, curves, options, stitching, chains, .. } = self;
         drop((stitching, chains));
         monitor.begin(Stage::Stroke);

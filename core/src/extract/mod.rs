@@ -19,7 +19,7 @@ pub mod zero_set;
 pub use collect::{CurveOptions, CurveSet, curves};
 pub use curve::{Geometry, Path, SurfaceCurve};
 pub use kind::CurveKind;
-pub(crate) use on_line::{lies_left, lies_left_along};
+pub(crate) use on_line::{lies_left, lies_left_along, side_lies_left, side_lies_left_along};
 pub use style::{Style, Styles};
 pub(crate) use trimmed::cut_to_trims;
 pub use trimmed::{Kept, kept_parts};

@@ -97,7 +97,7 @@ pub(super) fn side_corners(g: &Geometry<'_>, path: &SidePath) -> Vec<f64> {
 }
 
 /// [`lies_left`] of a side.
-pub(super) fn side_lies_left(g: &Geometry<'_>, path: &SidePath, t: f64) -> i8 {
+pub(crate) fn side_lies_left(g: &Geometry<'_>, path: &SidePath, t: f64) -> i8 {
     match path {
         SidePath::Line(line) => lies_left(g, line, t),
         SidePath::Trim(line) => {
@@ -116,7 +116,7 @@ pub(super) fn side_lies_left(g: &Geometry<'_>, path: &SidePath, t: f64) -> i8 {
 }
 
 /// [`lies_left_along`] of a side.
-pub(super) fn side_lies_left_along(g: &Geometry<'_>, path: &SidePath, t: f64, along: DVec3) -> i8 {
+pub(crate) fn side_lies_left_along(g: &Geometry<'_>, path: &SidePath, t: f64, along: DVec3) -> i8 {
     let left = side_lies_left(g, path, t);
     if along.dot(path.jet(g.view, t).1) < 0.0 { -left } else { left }
 }

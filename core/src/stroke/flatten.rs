@@ -61,6 +61,25 @@ pub(crate) fn points(g: &Geometry<'_>, curves: &[SurfaceCurve], run: &Sighting, 
 }
 
 fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64) -> Vec<StrokePoint> {
+    let mut vertices = Vec::new();
+    // Half the tolerance here, half for the vertices that thinning leaves out.
+    walk(g, curve, t, 0.5 * tolerance, &mut |(t, p)| {
+        let uv = curve.uv(g, t);
+        vertices.push(StrokePoint { screen: p.truncate(), model: g.view.model_point(curve.surface, uv) });
+    });
+    thin(vertices, tolerance)
+}
+
+/// Places of a curve from one parameter to another, ends included, with chords within `tolerance` as in [`flatten`]: parameters
+/// and positions in view space.
+pub(crate) fn places(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64) -> Vec<(f64, DVec3)> {
+    let mut out = Vec::new();
+    walk(g, curve, t, tolerance, &mut |place| out.push(place));
+    out
+}
+
+/// Hands on what [`places`] collects.
+fn walk(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64, out: &mut dyn FnMut((f64, DVec3))) {
     let mut stops = Vec::new();
     stops.push(t[0]);
     match &curve.path {
@@ -74,14 +93,12 @@ fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64)
     let refining = Refining { g, curve, tolerance };
     let place = |x: f64| (x, curve.point(g, x));
     let mut from = place(t[0]);
-    let mut vertices = Vec::new();
-    vertices.push(refining.vertex(from));
+    out(from);
     for &stop in &stops[1..] {
         let to = place(stop);
-        refining.refine(from, to, &mut vertices, 0);
+        refining.refine(from, to, out, 0);
         from = to;
     }
-    thin(vertices, tolerance)
 }
 
 /// A curve that is becoming a polyline.
@@ -92,21 +109,14 @@ struct Refining<'a> {
 }
 
 impl Refining<'_> {
-    /// The vertex at a place: a parameter and the position there.
-    fn vertex(&self, (t, p): (f64, DVec3)) -> StrokePoint {
-        let uv = self.curve.uv(self.g, t);
-        StrokePoint { screen: p.truncate(), model: self.g.view.model_point(self.curve.surface, uv) }
-    }
-
-    /// Appends the vertices after the place `a` up to and including `b` that the polyline needs.
-    fn refine(&self, a: (f64, DVec3), b: (f64, DVec3), out: &mut Vec<StrokePoint>, depth: u32) {
+    /// Hands on the places after `a` up to and including `b` that the polyline needs.
+    fn refine(&self, a: (f64, DVec3), b: (f64, DVec3), out: &mut dyn FnMut((f64, DVec3)), depth: u32) {
         const DEEPEST: u32 = 16;
         let Self { g, curve, tolerance } = *self;
         // The screen is the first two coordinates of view space: near in space is near on the screen.
         let off = |f: f64| from_chord(curve.point(g, a.0 + f * (b.0 - a.0)), a.1, b.1);
-        // Half the tolerance here, half for the vertices that thinning leaves out.
-        if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= 0.5 * tolerance) {
-            out.push(self.vertex(b));
+        if depth >= DEEPEST || [0.5, 0.25, 0.75].iter().all(|&f| off(f) <= tolerance) {
+            out(b);
             return;
         }
         let t = 0.5 * (a.0 + b.0);

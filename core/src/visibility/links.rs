@@ -603,7 +603,12 @@ fn fold_at(subject: &Subject<'_>, patch: usize, at: DVec2) -> Option<Fold> {
 /// Along the direction w in which the surface runs towards the eye, S_w = λ ẑ with λ > 0, the identity N · S_w = 0 gives
 /// N · S_ww = −N_w · S_w = −λ ∂_w N_z: the surface curves away from the screen normal N where F grows towards the eye, and to
 /// the side of N where it falls.
-fn fold_lies_left(subject: &Subject<'_>, traced: &TracedCurve, curve: &SurfaceCurve, t: f64) -> Option<bool> {
+pub(crate) fn fold_lies_left(
+    subject: &Subject<'_>,
+    traced: &TracedCurve,
+    curve: &SurfaceCurve,
+    t: f64,
+) -> Option<bool> {
     let g = &subject.geometry;
     let at = traced.local_at(&g.forms[traced.patch], t);
     let Fold { jets: [du, dv], gradient } = fold_at(subject, traced.patch, at)?;

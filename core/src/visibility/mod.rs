@@ -30,6 +30,7 @@ pub use classify::{ClassifyOptions, Doubt, Method, Outermost, Sighting, Subject,
 pub use crack::Cracks;
 pub use halo::halo;
 pub use hierarchy::Occluders;
+pub(crate) use links::fold_lies_left;
 pub use ray::{Exclusion, Hit, RayAnswer, RayScratch, RayStats, Unclear};
 
 #[cfg(test)]

@@ -1,11 +1,28 @@
 //! The visible part of every surface as closed loops on the screen and in its parameters (Ruan, Zhang and Yong 2006, *Visible
 //! region extraction from a sequence of rational Bézier surfaces*).
+//!
+//! What the earlier stages see of all boundaries, creases, silhouettes, smooth joins and sections are the edges of the picture's
+//! planar map ([`planar`]). Sight lines say which surface is nearest on either side of each ([`sides`]); an edge borders the
+//! regions of the one and of the other, unless that is the same part of one surface. The borders are walked into loops
+//! ([`walk`]), and their points found on the surfaces ([`border`]).
+//!
+//! Nothing is intersected here: where one edge ends on another is known from splitting. Nor is anything closed by force: a
+//! vertex that more edges of a region enter than leave shows that an edge is missing or what lies beside it is wrong, and is
+//! listed.
+
+mod border;
+mod planar;
+mod sides;
+mod walk;
 
 use alloc::vec::Vec;
 
 use glam::DVec2;
 
 use crate::extract::CurveKind;
+use crate::visibility::{RayScratch, Sighting, Subject};
+use border::Border;
+use walk::Half;
 
 /// What is visible of a scene, surface by surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -113,6 +130,83 @@ impl VisibleLoop {
         let chords = self.edges.iter().flat_map(|e| e.points.windows(2));
         chords.map(|w| 0.5 * (w[0].screen - origin).perp_dot(w[1].screen - origin)).sum()
     }
+}
+
+/// How finely borders are made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BorderOptions {
+    /// Largest distance of a chord from the border, screen units.
+    pub(crate) tolerance: f64,
+    /// Largest turn of the normal between neighbouring points, radians.
+    pub(crate) normal_angle: f64,
+    /// Places within this of one another are one, screen units.
+    pub(crate) contact: f64,
+}
+
+/// The visible regions of all surfaces, from all that is seen of the curves that can border them.
+pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], options: BorderOptions) -> VisibleRegions {
+    let map = planar::map(subject, sightings, options.tolerance, options.contact);
+    let (sides, rays) = sides::sides(subject, &map);
+    let inner = map.edges.iter().zip(&sides).filter(|(e, s)| s.as_ref().is_some_and(|s| walk::is_inner(subject, e, s)));
+    let mut out = VisibleRegions {
+        stats: VisibleStats {
+            parts: map.parts as u64,
+            edges: map.edges.len() as u64,
+            inner: inner.count() as u64,
+            vertices: map.vertices.len() as u64,
+            rays,
+        },
+        ..VisibleRegions::default()
+    };
+    for edge in map.edges.iter().zip(&sides).filter(|(_, s)| s.is_none()).map(|(e, _)| e) {
+        let at = edge.places[edge.places.len() / 2].1.truncate();
+        let why = "sight lines beside an edge do not agree on what is nearest there";
+        out.undecided.push(UndecidedBorder { at, surface: None, why });
+    }
+    let halves: Vec<(usize, Vec<Half>)> = walk::halves(subject, &map, &sides).into_iter().collect();
+    let region = |scratch: &mut RayScratch, (surface, halves): &(usize, Vec<Half>)| {
+        let before = scratch.stats.rays;
+        let mut undecided = Vec::new();
+        let mut doubt = |at: DVec2, why| undecided.push(UndecidedBorder { at, surface: Some(*surface), why });
+        let walked = walk::walk(subject, &map, halves);
+        for &vertex in &walked.open {
+            doubt(map.vertices[vertex], "a border of the surface does not go on here as often as it comes");
+        }
+        let mut edge = |half: &Half| {
+            let edge = &map.edges[half.edge];
+            let mut border =
+                Border { subject, edge, beside: &half.beside, options, scratch: &mut *scratch, missing: None };
+            let mut points = border.points();
+            if let Some(at) = border.missing {
+                doubt(at, "no point of the surface was found behind another one's edge");
+            }
+            if half.reversed {
+                points.reverse();
+            }
+            VisibleEdge { kind: subject.curves[edge.curve].kind, own: half.beside.sheet.is_some(), points }
+        };
+        let loops =
+            walked.loops.iter().map(|halves| VisibleLoop { edges: halves.iter().map(&mut edge).collect() }).collect();
+        (VisibleRegion { surface: *surface, loops }, undecided, scratch.stats.rays - before)
+    };
+    #[cfg(feature = "parallel")]
+    let all: Vec<_> = {
+        use rayon::prelude::*;
+        halves.par_iter().map_init(RayScratch::default, region).collect()
+    };
+    #[cfg(not(feature = "parallel"))]
+    let all: Vec<_> = {
+        let mut scratch = RayScratch::default();
+        halves.iter().map(|own| region(&mut scratch, own)).collect()
+    };
+    for (region, undecided, rays) in all {
+        out.stats.rays += rays;
+        out.undecided.extend(undecided);
+        if !region.loops.is_empty() {
+            out.regions.push(region);
+        }
+    }
+    out
 }
 
 #[cfg(test)]
