@@ -2,9 +2,9 @@
 //! region extraction from a sequence of rational Bézier surfaces*).
 //!
 //! What the earlier stages see of all boundaries, creases, silhouettes, smooth joins and sections are the edges of the picture's
-//! planar map ([`planar`]). Sight lines say which surface is nearest on either side of each ([`sides`]); an edge borders the
+//! planar map (`planar`). Sight lines say which surface is nearest on either side of each (`sides`); an edge borders the
 //! regions of the one and of the other, unless that is the same part of one surface. The borders are walked into loops
-//! ([`walk`]), and their points found on the surfaces ([`border`]).
+//! (`walk`), and their points found on the surfaces (`border`).
 //!
 //! Nothing is intersected here: where one edge ends on another is known from splitting. Nor is anything closed by force: a
 //! vertex that more edges of a region enter than leave shows that an edge is missing or what lies beside it is wrong, and is
