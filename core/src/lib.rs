@@ -22,6 +22,7 @@
 //! | [`visibility`] | quantitative invisibility of every piece |
 //! | [`stroke`] | visible pieces flattened and chained |
 //! | [`visible`] | instead of strokes: the visible part of every surface as a region |
+//! | [`probe`] | places of surfaces behind points of the screen, and their tone |
 //! | [`render`] | instead of strokes: the surfaces painted into a z-buffer |
 //!
 //! [`pipeline`] runs them in order:
@@ -58,6 +59,7 @@ mod grid;
 pub mod line;
 pub mod nurbs;
 pub mod pipeline;
+pub mod probe;
 pub mod pull_back;
 pub mod render;
 pub mod scene;

@@ -17,13 +17,14 @@ use crate::extract::{
     CurveKind, CurveOptions, CurveSet, Geometry, Style, Styles, SurfaceCurve, UndecidedPart, curves as gathered,
     cut_to_trims,
 };
+use crate::probe::Probe;
 use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
 use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{self, Stroke, chain, flatten};
 use crate::view::{Camera, ViewError, ViewScene};
-use crate::visibility::{Method, Sighting, Subject, VisibilityStats};
+use crate::visibility::{Method, Occluders, Sighting, Subject, VisibilityStats};
 use crate::visible::{BorderOptions, VisibleRegions, visible_regions};
 use picture::{Counts, Picture, tolerance};
 
@@ -452,6 +453,19 @@ impl Prepared {
             !stopped
         });
         if stopped { Err(Stopped) } else { Ok(stats) }
+    }
+
+    /// What finds the places on surfaces that lie behind points of the screen.
+    ///
+    /// # Errors
+    /// If the monitor stops it.
+    pub fn probe(&self, monitor: &dyn Monitor) -> Result<Probe<'_>, Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        let trims = |s| self.view.trims(s);
+        let occluders = Occluders::trimmed(self.view.patches(), &trims, self.options.cells, stop);
+        stop.check()?;
+        Ok(Probe::new(self.geometry(), occluders))
     }
 
     /// Paints the surfaces into the pixels of `grid`, which may be as fine as 10⁻⁶ of the scene's size.

@@ -78,6 +78,20 @@ pub struct DrawingArgs {
     /// Direction to the light as the viewer sees it: to the right, up, towards the viewer
     #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
     pub light: String,
+    /// Cover what is visible of surfaces with lines, which take the place of isocurves unless --curves or --iso asks for these: hatch
+    /// (parallel), cross (both ways), or none. They follow --shade [default: the scene's, or none]
+    #[arg(long, value_name = "KIND")]
+    pub fill: Option<String>,
+    /// Angle of these lines, counter-clockwise from the lower side of the sheet [default: the scene's, or 45]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    pub fill_angle: Option<f64>,
+    /// Their distance on the paper; with --shade, where it is darkest [default: the scene's, or 1, or twice the width of the pen with
+    /// --shade]
+    #[arg(long, value_name = "MM")]
+    pub fill_pitch: Option<f64>,
+    /// What they keep from outlines [default: the scene's, or half the width of the pen]
+    #[arg(long, value_name = "MM")]
+    pub fill_gap: Option<f64>,
     /// Largest angle between two facets of a mesh that stand for one smooth surface; where they meet at a larger one there is a
     /// crease [default: the scene's, or 30]
     #[arg(long, value_name = "DEGREES")]
@@ -85,7 +99,7 @@ pub struct DrawingArgs {
     /// Width in mm of the pens that have none in the scene: in SVG and PNG, and for --shade
     #[arg(long, value_name = "MM", default_value_t = 0.3)]
     pub pen_width: f64,
-    /// Pens by what they draw: LAYER=N for boundary, crease, silhouette, iso, smooth, intersection, iso-K (with --iso-levels), hidden,
+    /// Pens by what they draw: LAYER=N for boundary, crease, silhouette, iso, smooth, intersection, hatch, iso-K (with --iso-levels), hidden,
     /// hidden-K (with --qi), marks or title, or a layer of a drawing, or N for all that is visible [default: the scene's, or 1, and pens beyond it for what is hidden]
     #[arg(long, value_name = "LAYER=N", value_delimiter = ',')]
     pub pen: Vec<String>,

@@ -1,5 +1,7 @@
 //! From options to a drawing: reads the models, runs the core, lays the strokes out.
 
+mod filled;
+
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -179,12 +181,13 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let shares = Shares::of(settled.tolerance_mm, curved);
     let tolerance = layout.to_screen_length(shares.traced_mm);
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
+    let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
+    let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
+    polylines.extend(filled::fills(&prepared, &settled, &layout, tolerance, &polylines, &watch)?);
     let mut seconds = watch.finish();
 
     progress.stage("ordering");
     let started = Instant::now();
-    let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
-    let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
     polylines.extend(settled.marking.strokes(&polylines, settled.page, settled.edge_mm)?);
     let mut path = path.settle(&polylines, &settled.pens, &shares);
     path.joining.hidden = !settled.inks.have_dashes();

@@ -83,7 +83,7 @@ impl Adaptive {
         {
             return Err(bad("--iso-spacing", mm, format!("is not a spacing in mm; give {FINEST_MM} or more")));
         }
-        let tone = args.shade.as_deref().map(|text| tone(text, light)).transpose()?;
+        let tone = tone(args, light)?;
         let spacing_mm = match (args.iso_spacing, tone) {
             (Some(mm), _) => mm,
             // Neighbours are between half the spacing and all of it apart: not nearer than the pen is wide.
@@ -115,7 +115,15 @@ impl Adaptive {
 /// What is wrong with an option of adaptive isocurves alone.
 const NEEDS_SPACING: &str = "goes with --iso-spacing or --shade; give one of them";
 
-fn tone(text: &str, light: DVec3) -> Result<Tone, OptionError> {
+/// The tone that is asked for.
+///
+/// # Errors
+/// If it is none.
+pub fn tone(args: &DrawingArgs, light: DVec3) -> Result<Option<Tone>, OptionError> {
+    args.shade.as_deref().map(|text| named_tone(text, light)).transpose()
+}
+
+fn named_tone(text: &str, light: DVec3) -> Result<Tone, OptionError> {
     match text {
         "lambert" => Ok(Tone::Lambert(light)),
         "depth" => Ok(Tone::Depth),

@@ -1,6 +1,7 @@
 //! The command line, checked: what it means, and what the defaults are.
 
 mod arcs;
+mod fill;
 mod order;
 mod paper;
 
@@ -12,6 +13,7 @@ pub use arcs::Arcs;
 pub use order::{OrderBy, OrderOptions};
 
 use glam::DVec3;
+use penvis_core::extract::adaptive::Tone;
 use penvis_core::visibility::Method;
 use thiserror::Error;
 
@@ -111,6 +113,8 @@ pub struct DrawingOptions {
     pub layer_pens: BTreeMap<String, u32>,
     /// Isocurves.
     pub isocurves: Option<Isocurves>,
+    /// What makes lines wider apart, or end.
+    pub tone: Option<Tone>,
     /// Direction to the light in the viewer's frame: right, up, towards the eye.
     pub light: DVec3,
     /// Largest angle, in radians, between facets of a mesh that stand for one smooth surface.
@@ -175,6 +179,7 @@ impl DrawingOptions {
             .map(|text| style::kinds(text.split(',').map(str::trim)).map_err(|problem| bad("--curves", text, problem)));
         let light = isocurves::light(args)?;
         let isocurves = Isocurves::new(args, light)?;
+        let tone = isocurves::tone(args, light)?;
         let hidden = args
             .hidden
             .as_deref()
@@ -201,13 +206,20 @@ impl DrawingOptions {
             other => return Err(bad("--visibility", other, "is not one of rays, propagate")),
         };
         let (pens, layer_pens) = paper::pens(&args.pen)?;
-        let style = StyleChoice { curves: curves.transpose()?, hidden, pens, ..StyleChoice::default() };
+        let style = StyleChoice {
+            curves: curves.transpose()?,
+            hidden,
+            pens,
+            fill: fill::fill(args)?,
+            ..StyleChoice::default()
+        };
         Ok(Self {
             models: models.to_vec(),
             view: view_choice(args)?,
             style,
             layer_pens,
             isocurves,
+            tone,
             light,
             crease_angle: args.crease_angle.map(f64::to_radians),
             pen_width_mm: args.pen_width,

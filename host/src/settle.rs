@@ -1,8 +1,10 @@
 //! What is drawn and how, when models and command line have both been heard: what the command line says goes first.
 
-use penvis_core::extract::{CurveSet, Style, Styles};
+use penvis_core::extract::adaptive::Tone;
+use penvis_core::extract::{CurveKind, CurveSet, Style, Styles};
 
 use crate::drawing::Page;
+use crate::fill::Fill;
 use crate::isocurves::{Adaptive, DEFAULT_ISOS, Isocurves};
 use crate::marking::{MARKS_LAYER, Marking, TITLE_LAYER};
 use crate::model::Model;
@@ -34,6 +36,10 @@ pub struct Settled {
     pub pens: Pens,
     /// Isocurves that are not so many a direction.
     pub adaptive: Option<Adaptive>,
+    /// What each surface is filled with, by its index.
+    pub fills: Vec<Option<Fill>>,
+    /// What makes lines of fills end.
+    pub tone: Option<Tone>,
     /// Isocurves a direction if they are as many on all surfaces, else 0.
     pub isos: u32,
     /// Most sheets in front of what is drawn.
@@ -61,7 +67,14 @@ impl Settled {
             Some(Isocurves::Adaptive(adaptive)) if styles.iter().any(|s| s.curves.iso) => Some(adaptive),
             _ => None,
         };
-        let is_omitted = inks.iter().all(|ink| ink.hidden == Hidden::Omit);
+        let pens = Pens::new(model.pens.clone(), options.pen_width_mm);
+        let inks = Inks::new(inks).with_layers(layer_pens);
+        let fill = |(surface, choice): (usize, &StyleChoice)| {
+            let pen = inks.visible(surface, CurveKind::Hatch, CurveKind::Hatch.name());
+            options.style.fill.or(choice.fill).settle(pens.width_mm(pen), options.tone.is_some())
+        };
+        let fills = choices.iter().enumerate().map(fill).collect();
+        let is_omitted = (0..choices.len()).all(|surface| inks.of(surface).hidden == Hidden::Omit);
         let isos = match styles.split_first() {
             Some((first, rest)) if rest.iter().all(|s| s.isos == first.isos) => first.isos,
             _ => 0,
@@ -74,9 +87,11 @@ impl Settled {
             placing: sheet.placing(),
             tolerance_mm: sheet.settled_tolerance_mm(),
             styles: Styles::new(styles),
-            inks: Inks::new(inks).with_layers(layer_pens),
-            pens: Pens::new(model.pens.clone(), options.pen_width_mm),
+            inks,
+            pens,
             adaptive,
+            fills,
+            tone: options.tone,
             isos,
             deepest: if is_omitted { 0 } else { options.deepest },
         })
@@ -92,8 +107,12 @@ fn look(options: &DrawingOptions, model: StyleChoice) -> (Style, Ink) {
         Some(Isocurves::Uniform(count)) => Some(count),
         None => Some(choice.isos.unwrap_or(DEFAULT_ISOS)),
     };
+    // Lines of a fill stand for the surface as isocurves do.
+    let asked =
+        choice.curves.is_some() || choice.isos.is_some() || matches!(options.isocurves, Some(Isocurves::Uniform(_)));
+    let is_filled = choice.fill.kind.flatten().is_some();
     // None are not a kind that is drawn.
-    curves = CurveSet { iso: curves.iso && isos != Some(0), ..curves };
+    curves = CurveSet { iso: curves.iso && isos != Some(0) && (asked || !is_filled), ..curves };
     let isos = if curves.iso { isos.unwrap_or(0) } else { 0 };
     let hidden = match choice.hidden.unwrap_or_default() {
         // Depths that are told apart are drawn.

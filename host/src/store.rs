@@ -34,6 +34,9 @@ pub enum StoreError {
     /// Pens by kind.
     #[error("--pen: a board draws all visible curves of a surface with one pen; give --pen N")]
     Pens,
+    /// Fills.
+    #[error("--fill: a board draws no fills; leave it out, and those of the scene")]
+    Fill,
     /// Marks, or a title.
     #[error("--marks, --title: a board draws the model alone; leave them out")]
     Marks,
@@ -66,6 +69,9 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
     let Placed { scene, view, wanted, layout, settled, .. } = place(loaded)?;
     if settled.adaptive.is_some() {
         return Err(StoreError::Adaptive.into());
+    }
+    if settled.fills.iter().any(Option::is_some) {
+        return Err(StoreError::Fill.into());
     }
     if settled.marking.marks || settled.marking.title.is_some() {
         return Err(StoreError::Marks.into());

@@ -6,17 +6,19 @@ use penvis_core::extract::CurveSet;
 use penvis_core::stroke::CurveKind;
 
 use crate::drawing::Page;
+use crate::fill::FillChoice;
 use crate::marking::Marking;
 use crate::page::{self, DashPattern, Hidden, KindPens, Orientation, Placing, Position, SheetError, Size};
 
 /// Kinds of curve by the names that users give them.
-const KINDS: [(&str, CurveKind); 6] = [
+const KINDS: [(&str, CurveKind); 7] = [
     ("boundary", CurveKind::Boundary),
     ("crease", CurveKind::Crease),
     ("silhouette", CurveKind::Silhouette),
     ("iso", CurveKind::Iso),
     ("smooth", CurveKind::Smooth),
     ("intersection", CurveKind::Section),
+    ("hatch", CurveKind::Hatch),
 ];
 
 /// Largest number of a pen. Plotters hold eight, and people may swap some more by hand.
@@ -42,6 +44,8 @@ pub struct StyleChoice {
     pub pens: KindPens,
     /// What becomes of hidden curves.
     pub hidden: Option<Hidden>,
+    /// What visible surfaces are filled with.
+    pub fill: FillChoice,
 }
 
 impl StyleChoice {
@@ -53,6 +57,7 @@ impl StyleChoice {
             isos: self.isos.or(other.isos),
             pens: self.pens.or(other.pens),
             hidden: self.hidden.or(other.hidden),
+            fill: self.fill.or(other.fill),
         }
     }
 }
@@ -172,7 +177,13 @@ pub(crate) fn with_pen(pens: KindPens, word: &str, pen: u32) -> Result<KindPens,
 pub(crate) fn kinds<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<CurveSet, String> {
     let mut set = CurveSet::NONE;
     for word in words {
-        set.insert(kind(word)?);
+        let kind = kind(word)?;
+        if kind == CurveKind::Hatch {
+            return Err(format!(
+                "`{word}` is no curve of a surface; a fill is asked for with --fill, or `fill` in a scene"
+            ));
+        }
+        set.insert(kind);
     }
     Ok(set)
 }
@@ -228,6 +239,7 @@ mod tests {
         let names = |words: &str| kinds(words.split(' '));
         assert_eq!(names("trim"), names("boundary"));
         assert_eq!(names("section iso"), names("iso intersection iso"));
+        assert!(names("iso,hatch").is_err() && names("iso hatch").unwrap_err().contains("--fill"));
         assert!(names("iso edges").unwrap_err().starts_with("`edges` is not one of boundary, "));
     }
 }

@@ -41,7 +41,7 @@ impl CurveSet {
     pub const NONE: Self =
         Self { boundary: false, crease: false, silhouette: false, iso: false, smooth: false, section: false };
 
-    /// Adds `kind` to the set.
+    /// Adds `kind` to the set, which has no hatch lines: they are no curves of surfaces.
     pub fn insert(&mut self, kind: CurveKind) {
         match kind {
             CurveKind::Boundary => self.boundary = true,
@@ -50,6 +50,7 @@ impl CurveSet {
             CurveKind::Iso => self.iso = true,
             CurveKind::Smooth => self.smooth = true,
             CurveKind::Section => self.section = true,
+            CurveKind::Hatch => {}
         }
     }
 
@@ -63,6 +64,7 @@ impl CurveSet {
             CurveKind::Iso => self.iso,
             CurveKind::Smooth => self.smooth,
             CurveKind::Section => self.section,
+            CurveKind::Hatch => false,
         }
     }
 }

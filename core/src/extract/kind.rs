@@ -16,6 +16,8 @@ pub enum CurveKind {
     Smooth,
     /// Two surfaces that are not joined intersect; not inked unless asked for.
     Section,
+    /// Line of a fill of what is visible; not a curve of the surface, and only there where a fill is asked for.
+    Hatch,
 }
 
 impl CurveKind {
@@ -29,6 +31,7 @@ impl CurveKind {
             Self::Iso => "iso",
             Self::Smooth => "smooth",
             Self::Section => "section",
+            Self::Hatch => "hatch",
         }
     }
 }

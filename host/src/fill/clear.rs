@@ -1,4 +1,4 @@
-//! The gap between a hatching and outlines.
+//! The gap between the lines of a grid and outlines.
 
 use glam::DVec2;
 
@@ -10,42 +10,51 @@ struct Near {
     along: [f64; 2],
 }
 
-/// What is left of runs, in their order, when all that is nearer than `gap_mm` to a line of `outlines` is taken away. The rest is
-/// exact but for rounding: on a line, what is near a segment is one interval, the line's part in the segment's capsule.
-///
-/// Cost: O(n log n) in the runs and in the lines that come near a segment.
-#[must_use]
-pub fn clear<'a>(
-    runs: Vec<Run>,
-    grid: &Grid,
-    outlines: impl IntoIterator<Item = &'a [DVec2]>,
-    gap_mm: f64,
-) -> Vec<Run> {
-    // Nothing is nearer than nothing; what is no number is no gap.
-    if !(gap_mm > 0.0 && gap_mm.is_finite()) {
-        return runs;
-    }
-    let mut near = Vec::new();
-    for line in outlines {
-        let framed: Vec<DVec2> = line.iter().map(|p| grid.frame(*p)).collect();
-        for w in framed.windows(2) {
-            let (low, high) = (w[0].y.min(w[1].y) - gap_mm, w[0].y.max(w[1].y) + gap_mm);
-            near.extend(grid.lines([low, high]).filter_map(|line| {
-                let along = capsule([w[0], w[1]], gap_mm, grid.across(line))?;
-                Some(Near { line, along })
-            }));
+/// Where lines of a grid are too near outlines.
+pub struct Gap {
+    /// Line by line, and by their beginnings.
+    near: Vec<Near>,
+}
+
+impl Gap {
+    /// Where the lines of `grid` are nearer than `gap_mm` to a line of `outlines`. It is exact but for rounding: on a line, what is
+    /// near a segment is one interval, the line's part in the segment's capsule.
+    ///
+    /// Cost: O(n log n) in the lines that come near a segment.
+    #[must_use]
+    pub fn new<'a>(grid: &Grid, outlines: impl IntoIterator<Item = &'a [DVec2]>, gap_mm: f64) -> Self {
+        let mut near = Vec::new();
+        // Nothing is nearer than nothing; what is no number is no gap.
+        if !(gap_mm > 0.0 && gap_mm.is_finite()) {
+            return Self { near };
         }
+        for line in outlines {
+            let framed: Vec<DVec2> = line.iter().map(|p| grid.frame(*p)).collect();
+            for w in framed.windows(2) {
+                let (low, high) = (w[0].y.min(w[1].y) - gap_mm, w[0].y.max(w[1].y) + gap_mm);
+                near.extend(grid.lines([low, high]).filter_map(|line| {
+                    let along = capsule([w[0], w[1]], gap_mm, grid.across(line))?;
+                    Some(Near { line, along })
+                }));
+            }
+        }
+        near.sort_unstable_by(|a, b| a.line.cmp(&b.line).then(a.along[0].total_cmp(&b.along[0])));
+        Self { near }
     }
-    near.sort_unstable_by(|a, b| a.line.cmp(&b.line).then(a.along[0].total_cmp(&b.along[0])));
-    let mut left = Vec::with_capacity(runs.len());
-    let mut rest = &near[..];
-    for run in runs.chunk_by(|a, b| a.line == b.line) {
-        let Some(first) = run.first() else { continue };
-        rest = &rest[rest.partition_point(|n| n.line < first.line)..];
-        let own = &rest[..rest.partition_point(|n| n.line == first.line)];
-        run.iter().for_each(|run| subtract(*run, own, &mut left));
+
+    /// What is left of runs, in their order, which is that of [`hatch`](super::hatch()).
+    #[must_use]
+    pub fn clear(&self, runs: &[Run]) -> Vec<Run> {
+        let mut left = Vec::with_capacity(runs.len());
+        let mut rest = &self.near[..];
+        for run in runs.chunk_by(|a, b| a.line == b.line) {
+            let Some(first) = run.first() else { continue };
+            rest = &rest[rest.partition_point(|n| n.line < first.line)..];
+            let own = &rest[..rest.partition_point(|n| n.line == first.line)];
+            run.iter().for_each(|run| subtract(*run, own, &mut left));
+        }
+        left
     }
-    left
 }
 
 /// The parts of a run outside intervals, which are in the order of their beginnings.
@@ -118,7 +127,8 @@ mod tests {
     fn a_line_keeps_its_gap_from_a_segment_across_and_beyond_its_end() {
         let run = |line| Run { line, along: [-10.0, 10.0], joins: [true, true] };
         let wall = [DVec2::new(1.0, -5.0), DVec2::new(1.0, 2.0)];
-        let left = clear(vec![run(0), run(1), run(2), run(3)], &Grid::new(0.0, 1.0), [&wall[..]], 0.5);
+        let gap = Gap::new(&Grid::new(0.0, 1.0), [&wall[..]], 0.5);
+        let left = gap.clear(&[run(0), run(1), run(2), run(3)]);
         let on = |line| left.iter().filter(|r| r.line == line).map(|r| r.along).collect::<Vec<_>>();
         for line in 0..=2 {
             assert_eq!(on(line), [[-10.0, 0.5], [1.5, 10.0]], "{line}");
@@ -150,7 +160,7 @@ mod tests {
             let grid = Grid::new(degrees, 0.5);
             let loops = [Loop::bordered(corners), Loop::bordered(second)];
             let sides: Vec<[DVec2; 2]> = loops.iter().flat_map(Loop::sides).map(|(side, _)| side).collect();
-            let runs = clear(hatch(&loops, &grid), &grid, sides.iter().map(|s| &s[..]), gap);
+            let runs = Gap::new(&grid, sides.iter().map(|s| &s[..]), gap).clear(&hatch(&loops, &grid));
             let away = |p: DVec2| sides.iter().map(|s| distance(p, *s)).fold(f64::INFINITY, f64::min);
             for run in &runs {
                 prop_assert!(run.along[0] < run.along[1]);

@@ -2,14 +2,44 @@
 //!
 //! | module | does |
 //! |---|---|
+//! | [`choice`] | what fill is asked for |
 //! | [`area`] | the shapes that are filled |
 //! | [`mod@hatch`] | parallel lines inside a shape |
-//! | [`mod@clear`] | the gap that lines keep to outlines |
+//! | [`clear`] | the gap that lines keep to outlines |
+//! | [`tone`] | lines that end where it is light |
+//! | [`cover`] | all of it for a picture |
 
 mod area;
+pub(crate) mod choice;
 mod clear;
+mod cover;
 mod hatch;
+mod tone;
 
 pub use area::{Area, Loop};
-pub use clear::clear;
+pub use choice::FillChoice;
+pub use clear::Gap;
+pub use cover::{Canvas, Line, cover};
 pub use hatch::{Grid, Run, hatch};
+
+/// What a fill is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FillKind {
+    /// Parallel lines.
+    Hatch,
+    /// Two sets of them, at a right angle. With a tone, the second begins where the first can make it no darker.
+    Cross,
+}
+
+/// How a surface is filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fill {
+    /// What with.
+    pub kind: FillKind,
+    /// Angle of the lines in degrees, counter-clockwise from the lower side of the sheet.
+    pub degrees: f64,
+    /// Their distance in mm, positive; with a tone, where it is darkest.
+    pub pitch_mm: f64,
+    /// What they keep from outlines in mm, 0 or more.
+    pub gap_mm: f64,
+}

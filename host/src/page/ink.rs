@@ -7,13 +7,14 @@ use penvis_core::stroke::CurveKind;
 use super::{HIDDEN_LAYER, Hidden};
 
 /// Kinds of curve, in the order of [`CurveKind`].
-const KINDS: [CurveKind; 6] = [
+const KINDS: [CurveKind; 7] = [
     CurveKind::Boundary,
     CurveKind::Crease,
     CurveKind::Silhouette,
     CurveKind::Iso,
     CurveKind::Smooth,
     CurveKind::Section,
+    CurveKind::Hatch,
 ];
 
 /// Pens, numbered from 1, by what they draw, as far as somebody says.

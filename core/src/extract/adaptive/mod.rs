@@ -35,7 +35,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 pub use tone::Tone;
-pub(crate) use tone::{in_model, incidence};
+pub(crate) use tone::{Shade, in_model, incidence};
 
 pub(crate) use rail::restricted;
 use rail::{IsoDistance, Rail};

@@ -22,7 +22,7 @@ const HIGHLIGHT: f64 = 0.125;
 
 /// A tone ready to be evaluated.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Shade {
+pub(crate) enum Shade {
     Flat(f64),
     /// Unit vector to the light in model space.
     Lambert(DVec3),
@@ -31,7 +31,7 @@ pub(super) enum Shade {
 }
 
 impl Shade {
-    pub(super) fn new(tone: Tone, view: &ViewScene) -> Self {
+    pub(crate) fn new(tone: Tone, view: &ViewScene) -> Self {
         match tone {
             Tone::Flat(darkness) => Self::Flat(darkness.clamp(0.0, 1.0)),
             Tone::Lambert(light) => Self::Lambert(in_model(view.camera(), light)),
@@ -40,7 +40,7 @@ impl Shade {
     }
 
     /// How dark a place is to be, from 0 in highlights to 1: in proportion to the share of the paper that ink covers.
-    pub(super) fn darkness(&self, g: &Geometry<'_>, surface: usize, uv: DVec2) -> f64 {
+    pub(crate) fn darkness(&self, g: &Geometry<'_>, surface: usize, uv: DVec2) -> f64 {
         let dark = self.plain(g, surface, uv);
         // A flat tone has no highlights: it is as dark as was asked for.
         if matches!(self, Self::Flat(_)) { dark } else { ((dark - HIGHLIGHT) / (1.0 - HIGHLIGHT)).max(0.0) }

@@ -5,12 +5,16 @@ use penvis_core::extract::CurveSet;
 use super::keys::{Item, Table};
 use super::place::{PLACEMENT, Placement};
 use super::shape::{self, Faces, SHAPES};
+use crate::fill::{FillChoice, choice};
 use crate::model::fault::Fault;
 use crate::page::KindPens;
 use crate::style::{self, MOST_ISOS, MOST_PENS, StyleChoice};
 
 /// Keys of how an object is drawn.
-pub(super) const STYLE: [&str; 5] = ["pen", "curves", "iso", "hidden", "crease_angle"];
+pub(super) const STYLE: [&str; 6] = ["pen", "curves", "iso", "hidden", "fill", "crease_angle"];
+
+/// Keys of a fill.
+const FILL: [&str; 4] = ["kind", "angle", "pitch", "gap"];
 
 /// What an object is.
 pub(super) enum Body<'t> {
@@ -81,7 +85,8 @@ impl Look {
         let angle = table.get("crease_angle");
         let angle =
             angle.map(|item| item.number_that(|a| (0.0..=180.0).contains(&a), "an angle from 0 to 180 degrees"));
-        let style = StyleChoice { curves, isos, pens, hidden: hidden.transpose()? };
+        let fill = table.get("fill").map(|item| fill(&item)).transpose()?.unwrap_or_default();
+        let style = StyleChoice { curves, isos, pens, hidden: hidden.transpose()?, fill };
         Ok(Self { style, crease_angle: angle.transpose()?.map(f64::to_radians) })
     }
 }
@@ -99,6 +104,24 @@ fn pens(item: &Item<'_>) -> Result<KindPens, Fault> {
         pens = style::with_pen(pens, name, pen).map_err(|problem| item.fault(problem))?;
     }
     Ok(pens)
+}
+
+/// The name of a kind of fill, or a table of what is asked of it.
+fn fill(item: &Item<'_>) -> Result<FillChoice, Fault> {
+    let kind = |item: &Item<'_>| choice::kind(item.text()?).map_err(|problem| item.fault(problem));
+    if !item.is_table() {
+        return Ok(FillChoice { kind: Some(kind(item)?), ..FillChoice::default() });
+    }
+    let table = item.table("`fill`", &FILL)?;
+    let number = |key, holds: fn(f64) -> bool, wanted: &str| {
+        table.get(key).map(|item| item.number_that(holds, wanted)).transpose()
+    };
+    Ok(FillChoice {
+        kind: table.get("kind").map(|item| kind(&item)).transpose()?,
+        degrees: number("angle", choice::is_angle, choice::AN_ANGLE)?,
+        pitch_mm: number("pitch", choice::is_pitch, choice::A_PITCH)?,
+        gap_mm: number("gap", choice::is_gap, choice::A_GAP)?,
+    })
 }
 
 /// Kinds of curve: a list of texts, or one text with commas as on the command line.
