@@ -1,0 +1,144 @@
+//! Fills, from the command line to the paper.
+
+mod common;
+
+use std::f64::consts::PI;
+use std::fs;
+use std::path::Path;
+
+use common::penvis;
+use glam::DVec2;
+use serde_json::Value;
+
+/// The polylines of a drawing on the paper, in mm, with their kinds and pens.
+struct Drawn(Vec<(String, u64, Vec<DVec2>)>);
+
+fn drawn(folder: &Path, words: &str) -> Drawn {
+    let output = penvis(folder, &format!("draw {words} --optimize 0 -o drawn.json"));
+    assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
+    let json: Value = serde_json::from_slice(&fs::read(folder.join("drawn.json")).unwrap()).unwrap();
+    let polyline = |p: &Value| {
+        let page: Vec<[f64; 2]> = serde_json::from_value(p["page"].clone()).unwrap();
+        assert_eq!(p["points"].as_array().unwrap().len(), page.len());
+        (
+            p["kind"].as_str().unwrap().to_owned(),
+            p["pen"].as_u64().unwrap(),
+            page.into_iter().map(DVec2::from).collect(),
+        )
+    };
+    Drawn(json["polylines"].as_array().unwrap().iter().map(polyline).collect())
+}
+
+impl Drawn {
+    fn hatches(&self) -> impl Iterator<Item = &[DVec2]> {
+        self.0.iter().filter(|(kind, ..)| kind == "hatch").map(|(.., page)| &page[..])
+    }
+
+    fn outlines(&self) -> impl Iterator<Item = &[DVec2]> {
+        self.0.iter().filter(|(kind, ..)| kind != "hatch" && kind != "iso").map(|(.., page)| &page[..])
+    }
+
+    /// Length of the fills in mm.
+    fn ink_mm(&self) -> f64 {
+        self.hatches().flat_map(|page| page.windows(2)).map(|w| w[0].distance(w[1])).sum()
+    }
+
+    /// Distance in mm between the fills and the outlines where they are nearest.
+    fn nearest_mm(&self) -> f64 {
+        let segments: Vec<[DVec2; 2]> = self.outlines().flat_map(|l| l.windows(2)).map(|w| [w[0], w[1]]).collect();
+        let hatches = self.hatches().flat_map(|l| l.windows(2)).map(|w| [w[0], w[1]]);
+        hatches.flat_map(|h| segments.iter().map(move |s| apart(h, *s))).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Distance of two segments.
+fn apart(a: [DVec2; 2], b: [DVec2; 2]) -> f64 {
+    let side = |[p, q]: [DVec2; 2], x: DVec2| (q - p).perp_dot(x - p);
+    if side(a, b[0]) * side(a, b[1]) < 0.0 && side(b, a[0]) * side(b, a[1]) < 0.0 {
+        return 0.0;
+    }
+    let from = |x: DVec2, [p, q]: [DVec2; 2]| {
+        let d = q - p;
+        x.distance(p + d * ((x - p).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0))
+    };
+    from(a[0], b).min(from(a[1], b)).min(from(b[0], a)).min(from(b[1], a))
+}
+
+const BALL: &str = "[[object]]\nsphere = { radius = 1 }\n[camera]\nview = [0, -1, 0]\n";
+
+#[test]
+fn a_ball_is_covered_by_as_much_ink_as_its_disk_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ball.toml"), BALL).unwrap();
+    let ink = |words: &str| drawn(folder.path(), &format!("ball.toml --width 100mm {words}")).ink_mm();
+    let (disk, rim) = (PI * 50.0 * 50.0, PI * 100.0);
+    let whole = ink("--fill hatch --fill-pitch 2 --fill-gap 0");
+    println!("{whole} mm at 2 mm on {disk} mm²");
+    assert!((2.0 * whole - disk).abs() < 0.01 * disk, "{whole}");
+    let gap = ink("--fill hatch --fill-pitch 2 --fill-gap 3 --fill-angle 17");
+    assert!((2.0 * gap - PI * 47.0 * 47.0).abs() < 0.01 * disk && gap < whole - rim / 2.0, "{gap}");
+    let cross = ink("--fill cross --fill-pitch 2 --fill-gap 0");
+    assert!((cross - 2.0 * whole).abs() < 0.01 * whole, "{cross} {whole}");
+    // At half the darkness there is every second line; where the light falls there is none.
+    let half = ink("--fill hatch --fill-pitch 2 --fill-gap 0 --shade 0.5");
+    assert!((half - whole / 2.0).abs() < 0.02 * whole, "{half} {whole}");
+    let lit = ink("--fill hatch --fill-pitch 2 --fill-gap 0 --shade lambert");
+    assert!(lit > 0.2 * whole && lit < 0.7 * whole, "{lit} {whole}");
+}
+
+#[test]
+fn objects_have_fills_and_pens_of_their_own_and_what_is_hidden_has_none() {
+    let folder = tempfile::tempdir().unwrap();
+    // Seen from above: half of the square lies under the other.
+    let scene = "
+[[object]]
+rectangle = { size = [4, 4] }
+pen = { hatch = 3 }
+fill = { kind = 'hatch', angle = 0, pitch = 1, gap = 0 }
+[[object]]
+rectangle = { size = [4, 4] }
+translate = [2, 0, 1]
+[camera]
+view = 'top'
+";
+    fs::write(folder.path().join("two.toml"), scene).unwrap();
+    let own = drawn(folder.path(), "two.toml --scale 10:1");
+    // Twenty millimetres of the square are seen, and forty lines go across.
+    let ink = own.ink_mm();
+    assert!((ink - 20.0 * 40.0).abs() <= 20.0, "{ink}");
+    assert!(own.0.iter().all(|(kind, pen, _)| *pen == if kind == "hatch" { 3 } else { 1 }));
+    assert!(own.0.iter().any(|(kind, ..)| kind == "iso"), "the other has isocurves");
+    let none = drawn(folder.path(), "two.toml --scale 10:1 --fill none");
+    assert_eq!(none.ink_mm(), 0.0);
+}
+
+#[test]
+fn hatching_keeps_its_gap_from_all_outlines_of_models() {
+    let folder = tempfile::tempdir().unwrap();
+    let gap = 0.4;
+    let mut worst = f64::INFINITY;
+    for model in ["torus", "vase", "pawn"] {
+        let own = drawn(folder.path(), &format!("{model} --fill hatch --fill-pitch 5 --fill-gap {gap}"));
+        let nearest = own.nearest_mm();
+        println!("{model}: {} lines, {:.0} mm, {nearest} mm from an outline", own.hatches().count(), own.ink_mm());
+        assert!(own.ink_mm() > 500.0, "{model}: {}", own.ink_mm());
+        worst = worst.min(nearest);
+    }
+    println!("nearest to an outline: {worst} mm of {gap} mm");
+    assert!(worst > gap - 0.01, "{worst}");
+}
+
+#[test]
+fn what_is_no_fill_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for (words, told) in [
+        ("--fill dots", "--fill dots: is not one of hatch, cross, none"),
+        ("--fill hatch --fill-pitch 0", "--fill-pitch 0: is not a distance in mm from 0.01 to 1000"),
+        ("--fill hatch --fill-gap=-1", "--fill-gap"),
+        ("--curves hatch", "--fill"),
+    ] {
+        let output = penvis(folder.path(), &format!("draw torus {words} -o x.svg"));
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && error.contains(told) && error.lines().count() == 1, "{words}: {error}");
+    }
+}
