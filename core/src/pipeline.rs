@@ -5,6 +5,9 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 mod picture;
+mod sparing;
+
+pub use sparing::trace_each;
 
 use crate::arrange::region::{Region, regions};
 use crate::arrange::{Arcs, ArrangeStats, CurveArcs};
@@ -14,17 +17,17 @@ use crate::extract::facing::{FacingForm, FacingStats, facing_of_all};
 use crate::extract::section::{section_curves, sections};
 use crate::extract::silhouette::{SilhouetteOptions, SilhouetteStats, Silhouettes, silhouettes};
 use crate::extract::{
-    CurveKind, CurveOptions, CurveSet, Geometry, Style, Styles, SurfaceCurve, UndecidedPart, curves as gathered,
-    cut_to_trims,
+    CurveKind, CurveOptions, CurveSet, Geometry, Style, Styles, SurfaceCurve, UndecidedPart, all_but_isos,
+    curves as gathered, cut_to_trims,
 };
 use crate::probe::Probe;
 use crate::render::{self, PixelGrid, Raster};
 use crate::scene::Scene;
 use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
-use crate::stroke::{self, Stroke, chain, flatten};
+use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, ViewError, ViewScene};
-use crate::visibility::{Method, Occluders, Sighting, Subject, VisibilityStats};
+use crate::visibility::{Method, Sighting, VisibilityStats};
 use crate::visible::{BorderOptions, VisibleRegions, visible_regions};
 use picture::{Counts, Picture, tolerance};
 
@@ -48,13 +51,10 @@ pub struct DrawOptions {
     /// Cells that patches are cut into ahead of the sight lines, at the most; where there are more patches, one each. Half a
     /// kilobyte a cell: few spare memory and cost time, for each sight line then cuts its own. It changes no picture.
     pub cells: usize,
-    /// Whether the arcs that curves are intersected by are kept. If not, each is made again whenever it is asked for: its memory for its
-    /// time. It changes no picture.
-    pub keep_arcs: bool,
 }
 
 impl Default for DrawOptions {
-    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree, as many cells as spare time, arcs kept.
+    /// All kinds but smooth joins, 8 isocurves, no hidden parts, joins smooth up to one degree, as many cells as spare time.
     fn default() -> Self {
         Self {
             curves: CurveSet::default(),
@@ -64,7 +64,6 @@ impl Default for DrawOptions {
             clusters: true,
             smooth_angle: SMOOTH_ANGLE,
             cells: usize::MAX,
-            keep_arcs: true,
         }
     }
 }
@@ -158,12 +157,25 @@ const TRACE_ANGLE: f64 = 0.2;
 /// Distance between rays along a piece, of the size.
 const RAY_SPACING: f64 = 0.02;
 
+/// What of a scene's curves is kept. It changes no picture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    /// The curves, and the arcs that they are intersected by.
+    All,
+    /// The curves. Each arc is made again whenever it is asked for: its memory for its time.
+    Curves,
+    /// The curves but for the isocurves, which are made one at a time.
+    NoIsos,
+}
+
 /// A scene with its curves extracted; knows how large the picture is.
 pub struct Prepared {
     view: ViewScene,
     stitching: Stitching,
     forms: Vec<FacingForm>,
     curves: Vec<SurfaceCurve>,
+    /// How many of the curves come before the sections.
+    before_sections: usize,
     chains: SilhouetteChains,
     arcs: Arcs,
     styles: Styles,
@@ -199,10 +211,21 @@ impl Prepared {
         styles: Styles,
         monitor: &dyn Monitor,
     ) -> Result<Self, PictureError> {
-        let stops = || monitor.stops();
-        let stop = Stop::when(&stops);
         monitor.begin(Stage::View);
         let view = ViewScene::new(scene, camera)?;
+        Ok(Self::seen_as(view, options, styles, Kept::All, monitor)?)
+    }
+
+    /// As [`styled`](Self::styled), from the scene as it is seen.
+    fn seen_as(
+        view: ViewScene,
+        options: &DrawOptions,
+        styles: Styles,
+        kept: Kept,
+        monitor: &dyn Monitor,
+    ) -> Result<Self, Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
         let size = view.size();
         monitor.begin(Stage::Stitch);
         let stitch = StitchOptions { angle: options.smooth_angle, ..StitchOptions::of(&view) };
@@ -216,8 +239,13 @@ impl Prepared {
         stop.check()?;
         let g = Geometry { view: &view, forms: &forms };
         let gather = CurveOptions { styles: &styles, angle: options.smooth_angle, contact: STITCH * size };
-        let (mut curves, cut) = cut_to_trims(&g, gathered(&g, &stitching, &traced, &gather, stop));
+        let all = match kept {
+            Kept::All | Kept::Curves => gathered(&g, &stitching, &traced, &gather, stop),
+            Kept::NoIsos => all_but_isos(&g, &stitching, &traced, &gather, stop),
+        };
+        let (mut curves, cut) = cut_to_trims(&g, all);
         stop.check()?;
+        let before_sections = curves.len();
         let (mut undecided_silhouettes, silhouette) = (traced.undecided, traced.stats);
         drop(traced.curves);
         undecided_silhouettes.extend(cut);
@@ -232,7 +260,7 @@ impl Prepared {
         }
         let chaining = ChainOptions { gap: STITCH * size, angle: options.smooth_angle };
         let chains = silhouette_chains(&g, &stitching, &curves, chaining);
-        let arcs = Arcs::new(&curves, &g, FIT * size, options.keep_arcs, stop);
+        let arcs = Arcs::new(&curves, &g, FIT * size, kept == Kept::All, stop);
         stop.check()?;
         let stats = Stats {
             surfaces: view.surfaces().len() as u64,
@@ -245,7 +273,8 @@ impl Prepared {
             chains: chains.stats,
             ..Stats::default()
         };
-        Ok(Self { view, stitching, forms, curves, chains, arcs, styles, options: *options, halo: 0.0, stats })
+        let options = *options;
+        Ok(Self { view, stitching, forms, curves, before_sections, chains, arcs, styles, options, halo: 0.0, stats })
     }
 
     /// Adds adaptive isocurves to the surfaces whose styles have isocurves, but for facets of meshes. They lie inside the picture as it is, so that their spacing can be chosen by its
@@ -366,7 +395,7 @@ impl Prepared {
         stop.check()?;
         let chaining = ChainOptions { gap: STITCH * size, angle: self.options.smooth_angle };
         let chains = silhouette_chains(&g, &self.stitching, &curves, chaining);
-        let arcs = Arcs::new(&curves, &g, FIT * size, self.options.keep_arcs, stop);
+        let arcs = Arcs::new(&curves, &g, FIT * size, true, stop);
         stop.check()?;
         let options = DrawOptions { deepest: 0, ..self.options };
         let picture =
@@ -416,45 +445,6 @@ impl Prepared {
         Ok(Traced { strokes, stats })
     }
 
-    /// As [`trace`](Self::trace), one stroke after the other, none of which is kept, and with all given back that strokes do
-    /// not need: for machines with little memory. Every stroke is flattened twice.
-    ///
-    /// # Errors
-    /// If the monitor stops it.
-    pub fn trace_each(
-        mut self,
-        tolerance: f64,
-        monitor: &dyn Monitor,
-        draw: &mut dyn FnMut(Stroke),
-    ) -> Result<Stats, Stopped> {
-        let split = self.picture().split(self.curve_arcs(), monitor)?;
-        self.arcs = Arcs::default();
-        let seen = |_: &Subject<'_>, sightings, counts| (sightings, self.with(counts));
-        let (mut sightings, stats) = self.picture().seen(split, monitor, seen)?;
-        let Self { view, forms, curves, options, stitching, chains, .. } = self;
-        drop((stitching, chains));
-        monitor.begin(Stage::Stroke);
-        sightings.retain(|s| s.qi <= options.deepest);
-        let runs = stroke::runs(&sightings);
-        drop(sightings);
-        let g = Geometry { view: &view, forms: &forms };
-        let mut outlines = Vec::with_capacity(runs.len());
-        for run in &runs {
-            if monitor.stops() {
-                return Err(Stopped);
-            }
-            outlines.push(stroke::stroke(&curves, run, stroke::outline(stroke::points(&g, &curves, run, tolerance))));
-        }
-        let gap = 2.0 * STITCH * view.size();
-        let mut stopped = false;
-        stroke::chain_each(&outlines, gap, gap, &mut |k| stroke::points(&g, &curves, &runs[k], tolerance), &mut |s| {
-            draw(s);
-            stopped = monitor.stops();
-            !stopped
-        });
-        if stopped { Err(Stopped) } else { Ok(stats) }
-    }
-
     /// What finds the places on surfaces that lie behind points of the screen.
     ///
     /// # Errors
@@ -462,8 +452,7 @@ impl Prepared {
     pub fn probe(&self, monitor: &dyn Monitor) -> Result<Probe<'_>, Stopped> {
         let stops = || monitor.stops();
         let stop = Stop::when(&stops);
-        let trims = |s| self.view.trims(s);
-        let occluders = Occluders::trimmed(self.view.patches(), &trims, self.options.cells, stop);
+        let occluders = self.picture().occluders(stop);
         stop.check()?;
         Ok(Probe::new(self.geometry(), occluders))
     }
@@ -541,20 +530,6 @@ mod tests {
         assert_eq!(t.stats.arrange.undecided, 0);
         assert!(t.stats.arrange.pairs_near < 2_000, "{:?}", t.stats.arrange);
         assert!(t.strokes.iter().all(|s| s.kind != crate::stroke::CurveKind::Silhouette));
-    }
-
-    #[test]
-    fn strokes_one_by_one_and_with_little_kept_are_the_same_to_the_bit() {
-        let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
-        let all = traced(&saddle(), DVec3::new(0.3, -0.8, 0.4), &DrawOptions::default());
-        for (cells, keep_arcs) in [(0, true), (3, false), (64, true), (usize::MAX, false)] {
-            let options = DrawOptions { cells, keep_arcs, ..DrawOptions::default() };
-            let prepared = Prepared::new(&saddle(), &camera, &options, &()).unwrap();
-            let mut one_by_one = Vec::new();
-            let stats = prepared.trace_each(1e-3, &(), &mut |stroke| one_by_one.push(stroke)).unwrap();
-            assert_eq!(one_by_one, all.strokes, "{cells}");
-            assert_eq!(stats.arrange, all.stats.arrange);
-        }
     }
 
     /// Remembers stages.

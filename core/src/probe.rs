@@ -9,7 +9,7 @@ use crate::visibility::{Occluders, RayScratch};
 /// Finds places on surfaces by sight lines.
 pub struct Probe<'a> {
     geometry: Geometry<'a>,
-    occluders: Occluders,
+    occluders: Occluders<'a>,
 }
 
 /// A place on a surface.
@@ -22,7 +22,7 @@ pub struct Place {
 }
 
 impl<'a> Probe<'a> {
-    pub(crate) fn new(geometry: Geometry<'a>, occluders: Occluders) -> Self {
+    pub(crate) fn new(geometry: Geometry<'a>, occluders: Occluders<'a>) -> Self {
         Self { geometry, occluders }
     }
 

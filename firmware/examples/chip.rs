@@ -1,5 +1,5 @@
-//! Draws a stored scene as a board does, on this machine: what the heap holds at its peak in each stage, and the strokes with the
-//! hash over their coordinates.
+//! Draws a stored scene as a board does, on this machine: what the heap holds at its peak in each stage, without the stored scene itself, which a board
+//! has in its flash or in memory set aside, and the strokes with the hash over their coordinates.
 //!
 //!     penvis pack pawn -o pawn.bin
 //!     cargo run --release -p penvis-firmware --features scene --example chip pawn.bin [CELLS]
@@ -23,12 +23,16 @@ use penvis_firmware::scene::draw;
 static HEAP: PeakAlloc = PeakAlloc;
 
 /// Prints the peak of each stage when the next begins.
-struct Stages(Mutex<Cell<Option<Stage>>>);
+struct Stages {
+    stage: Mutex<Cell<Option<Stage>>>,
+    /// What the heap held before.
+    before: usize,
+}
 
 impl Stages {
     fn end(&self, next: Option<Stage>) {
-        if let Some(stage) = self.0.lock().expect("one thread").replace(next) {
-            println!("{stage:?}: {} bytes at most", HEAP.peak_usage());
+        if let Some(stage) = self.stage.lock().expect("one thread").replace(next) {
+            println!("{stage:?}: {} bytes at most", HEAP.peak_usage().saturating_sub(self.before));
         }
         HEAP.reset_peak_usage();
     }
@@ -45,7 +49,7 @@ fn main() {
     let path = words.next().expect("a stored scene");
     let cells = words.next().map_or(0, |n| n.parse().expect("a number of cells"));
     let bytes = std::fs::read(path).expect("a file");
-    let stages = Stages(Mutex::new(Cell::new(None)));
+    let stages = Stages { stage: Mutex::default(), before: HEAP.current_usage() };
     let mut lines = 0;
     let figures = draw(&bytes, cells, &stages, &mut |_| {
         lines += 1;

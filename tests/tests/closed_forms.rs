@@ -167,7 +167,7 @@ fn a_cylinder_has_two_lines_and_none_along_its_axis() {
 
 /// Counts sheets before places (x, y) of the plane that faces the eye, at the depth `z` of view space.
 struct Sheets {
-    occluders: Occluders,
+    occluders: Occluders<'static>,
     scratch: RayScratch,
 }
 

@@ -72,7 +72,7 @@ pub struct CurveArcs<'a> {
 impl<'a> CurveArcs<'a> {
     /// All arcs, curve by curve.
     pub(super) fn iter(self) -> impl Iterator<Item = Arc> + Clone {
-        (0..self.arcs.curves.len()).flat_map(move |curve| self.of(curve))
+        (0..self.arcs.curves.len()).flat_map(move |curve| self.one(curve).iter())
     }
 
     /// Screen box of all curves: lower left and upper right corner. No curve leaves it by more than a
@@ -111,50 +111,89 @@ impl<'a> CurveArcs<'a> {
         core::array::from_fn(|k| outermost_of(core::mem::take(&mut open[k]), directions[k], farthest[k], margin, apart))
     }
 
-    /// The arcs of one curve, in order.
-    pub(super) fn of(self, curve: usize) -> OneCurve<'a> {
-        match &self.arcs.curves[curve] {
-            Kept::Whole(runs) => OneCurve::Whole { runs, next: 0, curve },
-            Kept::Divided(division) => OneCurve::Divided(division.walk(self.covering(curve))),
+    /// One of the curves.
+    pub(super) fn one(self, index: usize) -> OneCurve<'a> {
+        OneCurve { kept: &self.arcs.curves[index], covering: self.covering(&self.curves[index], index) }
+    }
+
+    /// What is kept of the arcs of a curve that comes after all of these: the arcs, for one curve has few.
+    pub(super) fn cover_later(self, curve: &SurfaceCurve) -> Kept {
+        let mut taker = Taker::new(true);
+        self.covering(curve, self.curves.len()).cover(&mut taker);
+        taker.take()
+    }
+
+    /// That curve, with what [`cover_later`](Self::cover_later) gave.
+    pub(super) fn later(self, curve: &'a SurfaceCurve, kept: &'a Kept) -> OneCurve<'a> {
+        OneCurve { kept, covering: self.covering(curve, self.curves.len()) }
+    }
+
+    fn covering<'b>(self, curve: &'b SurfaceCurve, index: usize) -> Covering<'b>
+    where
+        'a: 'b,
+    {
+        Covering { curve, index, geometry: self.geometry, tolerance: self.arcs.fit }
+    }
+}
+
+/// A curve with its arcs.
+#[derive(Clone, Copy)]
+pub(super) struct OneCurve<'a> {
+    kept: &'a Kept,
+    covering: Covering<'a>,
+}
+
+impl<'a> OneCurve<'a> {
+    /// The curve.
+    pub(super) fn curve(self) -> &'a SurfaceCurve {
+        self.covering.curve
+    }
+
+    /// Its index among all.
+    pub(super) fn index(self) -> usize {
+        self.covering.index
+    }
+
+    /// Its arcs in order.
+    pub(super) fn iter(self) -> Series<'a> {
+        match self.kept {
+            Kept::Whole(runs) => Series::Whole { runs, next: 0, curve: self.covering.index },
+            Kept::Divided(division) => Series::Divided(division.walk(self.covering)),
         }
     }
 
-    fn covering(self, index: usize) -> Covering<'a> {
-        Covering { curve: &self.curves[index], index, geometry: self.geometry, tolerance: self.arcs.fit }
-    }
-
-    /// The number of arcs of one curve.
-    pub(super) fn count(self, curve: usize) -> usize {
-        match &self.arcs.curves[curve] {
+    /// The number of its arcs.
+    pub(super) fn count(self) -> usize {
+        match self.kept {
             Kept::Whole(runs) => runs.iter().map(Run::len).sum(),
             Kept::Divided(division) => division.len(),
         }
     }
 
-    /// An arc of one curve.
-    pub(super) fn arc(self, curve: usize, k: usize) -> Option<Arc> {
-        self.of(curve).nth(k)
+    /// One of its arcs.
+    pub(super) fn arc(self, k: usize) -> Option<Arc> {
+        self.iter().nth(k)
     }
 
-    /// Whether an arc of the curve takes evaluations of it, and is worth remembering.
-    pub(super) fn is_dear(self, curve: usize) -> bool {
-        matches!(self.arcs.curves[curve], Kept::Divided(_)) && self.curves[curve].axis().is_none()
+    /// Whether an arc takes evaluations of the curve, and is worth remembering.
+    pub(super) fn is_dear(self) -> bool {
+        matches!(self.kept, Kept::Divided(_)) && self.curve().axis().is_none()
     }
 
-    /// The first arc of one curve that holds the parameter `t`.
-    pub(super) fn holding(self, curve: usize, t: f64) -> Option<Arc> {
-        match &self.arcs.curves[curve] {
-            Kept::Whole(runs) => runs.iter().find_map(|run| Some(run.arc(run.holding(t)?, curve))),
-            Kept::Divided(_) => self.of(curve).find(|arc| arc.t[0] <= t && t <= arc.t[1]),
+    /// The first arc that holds the parameter `t`.
+    pub(super) fn holding(self, t: f64) -> Option<Arc> {
+        match self.kept {
+            Kept::Whole(runs) => runs.iter().find_map(|run| Some(run.arc(run.holding(t)?, self.covering.index))),
+            Kept::Divided(_) => self.iter().find(|arc| arc.t[0] <= t && t <= arc.t[1]),
         }
     }
 
     /// Lengths below `resolution` (screen units) are not told apart.
-    pub(super) fn length_table(self, index: usize, resolution: f64) -> LengthTable {
-        let curve = &self.curves[index];
+    pub(super) fn length_table(self, resolution: f64) -> LengthTable {
+        let curve = self.curve();
         let mut table = Measured { knots: Vec::new(), rates: [0.0; 2] };
         table.knots.push((curve.domain[0], 0.0));
-        for a in self.of(index) {
+        for a in self.iter() {
             let (p, q) = a.ends();
             measure(&a, [0.0, 1.0], [p, q], resolution, &mut table, 0);
         }
@@ -200,12 +239,12 @@ const ALIKE: f64 = 1.25;
 
 /// The arcs of one curve in order.
 #[derive(Clone)]
-pub(super) enum OneCurve<'a> {
+pub(super) enum Series<'a> {
     Whole { runs: &'a [Run], next: usize, curve: usize },
     Divided(Walk<'a>),
 }
 
-impl Iterator for OneCurve<'_> {
+impl Iterator for Series<'_> {
     type Item = Arc;
 
     fn next(&mut self) -> Option<Arc> {

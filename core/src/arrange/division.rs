@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use glam::{DVec3, DVec4};
 
 use super::arc::{Arc, Control};
-use super::arcs::CurveArcs;
+use super::arcs::OneCurve;
 use super::cover::{Covering, Node, Part};
 
 /// Places of a part: as many as it can have arcs.
@@ -174,9 +174,9 @@ const SLOTS: usize = 128;
 
 impl Recent {
     /// The arc `k` of a curve, which has the number `number` among all.
-    pub(super) fn arc(&mut self, arcs: CurveArcs<'_>, (curve, k): (usize, usize), number: usize) -> Option<Arc> {
-        if !arcs.is_dear(curve) {
-            return arcs.arc(curve, k);
+    pub(super) fn arc(&mut self, curve: OneCurve<'_>, k: usize, number: usize) -> Option<Arc> {
+        if !curve.is_dear() {
+            return curve.arc(k);
         }
         if self.slots.is_empty() {
             self.slots.resize(SLOTS, None);
@@ -184,9 +184,9 @@ impl Recent {
         let slot = &mut self.slots[number % SLOTS];
         if let Some(made) = slot.as_ref().filter(|made| made.number == number) {
             let control: Control = made.points.iter().map(|p| p.extend(1.0)).collect();
-            return Some(Arc::over(made.points.into_iter(), curve, made.t, control, made.error));
+            return Some(Arc::over(made.points.into_iter(), curve.index(), made.t, control, made.error));
         }
-        let arc = arcs.arc(curve, k)?;
+        let arc = curve.arc(k)?;
         if let [a, b, c, d] = arc.points[..] {
             let points = [a, b, c, d].map(DVec4::truncate);
             *slot = Some(Made { number, t: arc.t, error: arc.error, points });
@@ -222,17 +222,18 @@ mod tests {
         assert!(made.iter().map(|arc| format!("{arc:?}")).eq(all.iter().cloned()));
         let (mut recent, mut number, mut errors) = (Recent::default(), 0, 0);
         for curve in 0..curves.len() {
-            assert_eq!(kept.count(curve), made.count(curve));
-            for k in 0..made.count(curve) {
+            let made = made.one(curve);
+            assert_eq!(kept.one(curve).count(), made.count());
+            for k in 0..made.count() {
                 // From the beginning, and from what was made last.
                 for _ in 0..2 {
-                    let arc = recent.arc(made, (curve, k), number).unwrap();
+                    let arc = recent.arc(made, k, number).unwrap();
                     assert_eq!(format!("{arc:?}"), all[number], "{curve} {k}");
-                    errors += usize::from(made.is_dear(curve) && arc.error != made.of(curve).next().unwrap().error);
+                    errors += usize::from(made.is_dear() && arc.error != made.iter().next().unwrap().error);
                 }
                 number += 1;
             }
-            assert!(made.arc(curve, made.count(curve)).is_none());
+            assert!(made.arc(made.count()).is_none());
         }
         assert!(number > 500 && errors > 10, "{number} {errors}");
     }

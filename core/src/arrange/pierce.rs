@@ -9,8 +9,8 @@ use alloc::vec::Vec;
 
 use glam::{DMat3, DVec3, DVec4};
 
-use super::PROBES;
 use super::arc::Arc;
+use super::{CurveArcs, PROBES};
 use crate::grid::Grid;
 use crate::view::{Patch, halve_net, net_box, net_extent, net_jet};
 
@@ -63,16 +63,32 @@ struct Reaches {
     grid: Grid,
 }
 
+/// The box of all arcs of each surface.
+pub(super) struct Boxes(Vec<(usize, DVec3, DVec3)>);
+
+impl Boxes {
+    /// Those of as many surfaces, without arcs yet.
+    pub(super) fn new(surfaces: usize) -> Self {
+        Self((0..surfaces).map(|s| (s, DVec3::INFINITY, DVec3::NEG_INFINITY)).collect())
+    }
+
+    /// Those of all surfaces that these curves lie on, `surfaces` in number.
+    pub(super) fn of(arcs: CurveArcs<'_>, surfaces: usize) -> Self {
+        let mut boxes = Self::new(surfaces);
+        arcs.iter().for_each(|arc| boxes.add(arcs.curves[arc.curve].surface, &arc));
+        boxes
+    }
+
+    /// Adds an arc of a curve on a surface.
+    pub(super) fn add(&mut self, surface: usize, arc: &Arc) {
+        let (_, lo, hi) = &mut self.0[surface];
+        *lo = lo.min(arc.lo.extend(arc.z[0]));
+        *hi = hi.max(arc.hi.extend(arc.z[1]));
+    }
+}
+
 impl Reaches {
-    /// Those of `surfaces` surfaces, by arcs with the surface of each.
-    fn new(arcs: impl Iterator<Item = (usize, Arc)>, surfaces: usize) -> Self {
-        let mut boxes: Vec<(usize, DVec3, DVec3)> =
-            (0..surfaces).map(|s| (s, DVec3::INFINITY, DVec3::NEG_INFINITY)).collect();
-        for (surface, arc) in arcs {
-            let (_, lo, hi) = &mut boxes[surface];
-            *lo = lo.min(arc.lo.extend(arc.z[0]));
-            *hi = hi.max(arc.hi.extend(arc.z[1]));
-        }
+    fn new(Boxes(mut boxes): Boxes) -> Self {
         boxes.retain(|(_, lo, hi)| lo.cmple(*hi).all());
         let grid = Grid::new(boxes.iter().map(|(_, lo, hi)| (lo.truncate(), hi.truncate())));
         Self { boxes, grid }
@@ -109,18 +125,13 @@ const CUTS: u8 = 2;
 const SMALL: f64 = 1.0 / 32.0;
 
 impl<'a> Sheets<'a> {
-    /// `arcs` are all that may pierce, each with one of the surfaces that its curve lies on.
-    pub(super) fn new(
-        patches: &'a [&'a Patch],
-        arcs: impl Iterator<Item = (usize, Arc)>,
-        joined: Vec<Vec<usize>>,
-        contact: f64,
-    ) -> Self {
+    /// `boxes` hold all arcs that may pierce, each as one of one of the surfaces that its curve lies on.
+    pub(super) fn new(patches: &'a [&'a Patch], boxes: Boxes, joined: Vec<Vec<usize>>, contact: f64) -> Self {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let boxes = patches.iter().map(|p| net_box(&p.points));
-        let (lo, hi) = boxes.fold(start, |(lo, hi), (low, high)| (lo.min(low), hi.max(high)));
+        let nets = patches.iter().map(|p| net_box(&p.points));
+        let (lo, hi) = nets.fold(start, |(lo, hi), (low, high)| (lo.min(low), hi.max(high)));
         let small = SMALL * (hi - lo).length();
-        let reaches = Reaches::new(arcs, joined.len());
+        let reaches = Reaches::new(boxes);
         let (mut cells, mut near) = (Vec::new(), Vec::new());
         for (patch, p) in (0..).zip(patches) {
             let whole = Cell::of(p);
@@ -402,6 +413,13 @@ mod tests {
         Cell::new([1, 1], points.to_vec())
     }
 
+    /// The box of an arc of the first of two surfaces.
+    fn boxes(arc: &Arc) -> Boxes {
+        let mut boxes = Boxes::new(2);
+        boxes.add(0, arc);
+        boxes
+    }
+
     fn at(arc: &Arc, cell: &Cell) -> Vec<f64> {
         let patch = Patch {
             surface: 1,
@@ -412,7 +430,7 @@ mod tests {
             v: [0.0, 1.0],
         };
         let patches = [&patch];
-        let sheets = Sheets::new(&patches, core::iter::once((0, arc.clone())), vec![vec![0], vec![1]], 1e-6);
+        let sheets = Sheets::new(&patches, boxes(arc), vec![vec![0], vec![1]], 1e-6);
         let mut out = Vec::new();
         assert_eq!(sheets.piercings(arc, &[0], &mut out), 0);
         out.sort_by(f64::total_cmp);
@@ -444,7 +462,7 @@ mod tests {
         let patches = [&patch];
         let kept = |x: f64, joined: Vec<Vec<usize>>| {
             let line = arc(&[[x, 0.1, -1.0], [x, 0.1, 1.0]]);
-            Sheets::new(&patches, core::iter::once((0, line)), joined, 1e-6).cells.len()
+            Sheets::new(&patches, boxes(&line), joined, 1e-6).cells.len()
         };
         // Of four by four cells one is near, of whose sides none is at these places; or none at all.
         assert_eq!([0.1, 0.9, 1.1].map(|x| kept(x, vec![vec![0], vec![1]])), [1, 1, 0]);

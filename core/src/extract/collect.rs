@@ -4,12 +4,11 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::curve::{Geometry, Path, SurfaceCurve};
+use super::iso::iso_lines;
 use super::join::{edge_curves, inner_lines};
 use super::kind::CurveKind;
-use super::on_line::{corners, facing_zeros};
 use super::silhouette::Silhouettes;
 use super::style::Styles;
-use crate::line::{Axis, Line};
 use crate::stitch::Stitching;
 use crate::stop::Stop;
 
@@ -91,6 +90,22 @@ pub fn curves(
     options: &CurveOptions<'_>,
     stop: Stop<'_>,
 ) -> Vec<SurfaceCurve> {
+    let mut out = all_but_isos(g, stitching, silhouettes, options, stop);
+    // After the others: of coincident lines the earlier one is inked, and outlines come before what fills them.
+    let isos = iso_lines(g.view, options.styles);
+    out.reserve_exact(isos.len());
+    out.extend(isos.iter().take_while(|_| !stop.is_wanted()).map(|line| line.curve(g)));
+    out
+}
+
+/// The curves but for the isocurves, active ones first.
+pub(crate) fn all_but_isos(
+    g: &Geometry<'_>,
+    stitching: &Stitching,
+    silhouettes: &Silhouettes,
+    options: &CurveOptions<'_>,
+    stop: Stop<'_>,
+) -> Vec<SurfaceCurve> {
     let mut out = Vec::new();
     for edge in &stitching.edges {
         if stop.is_wanted() {
@@ -123,48 +138,7 @@ pub fn curves(
             splits: Vec::new(),
         });
     }
-    // Active curves first: of coincident lines the earlier one is inked, and outlines come before what fills them.
+    // Of coincident lines the earlier one is inked.
     out.sort_by_key(|c| !c.active);
-    for surface in (0..g.view.surfaces().len()).filter(|&s| g.view.facet(s).is_none()) {
-        if stop.is_wanted() {
-            return out;
-        }
-        let style = options.styles.of(surface);
-        if style.curves.iso {
-            iso_curves(g, surface, style.isos, &mut out);
-        }
-    }
     out
-}
-
-fn iso_curves(g: &Geometry<'_>, surface: usize, isos: u32, out: &mut Vec<SurfaceCurve>) {
-    let grid = &g.view.surfaces()[surface];
-    for (axis, breaks) in [(Axis::U, &grid.u_breaks), (Axis::V, &grid.v_breaks)] {
-        let (mut a, mut b) = (breaks[0], breaks[breaks.len() - 1]);
-        if let Some(trims) = g.view.trims(surface) {
-            let (lo, hi) = trims.bounds();
-            (a, b) = if axis == Axis::U { (lo.x, hi.x) } else { (lo.y, hi.y) };
-        }
-        for k in 0..isos {
-            let value = a + (b - a) * (f64::from(k) + 0.5) / f64::from(isos);
-            let line = Line::new(g.view, surface, axis, value, false);
-            let domain = line.domain();
-            let mut splits = facing_zeros(g, &line, domain);
-            splits.extend(corners(g, &line));
-            out.push(SurfaceCurve {
-                kind: CurveKind::Iso,
-                surface,
-                surfaces: vec![surface],
-                path: Path::Line(line),
-                domain,
-                active: false,
-                inked: true,
-                style: surface,
-                level: 0,
-                sides: Vec::new(),
-                gap: 0.0,
-                splits,
-            });
-        }
-    }
 }

@@ -122,7 +122,8 @@ pub fn facing(patch: &Patch) -> FacingForm {
 #[must_use]
 pub fn facing_of_all(patches: &[Patch], stop: Stop<'_>) -> (alloc::vec::Vec<FacingForm>, FacingStats) {
     let going = patches.iter().take_while(|_| !stop.is_wanted());
-    let forms: alloc::vec::Vec<FacingForm> = going.map(facing).collect();
+    let mut forms = alloc::vec::Vec::with_capacity(patches.len());
+    forms.extend(going.map(facing));
     let mut stats = FacingStats { patches: forms.len(), ..FacingStats::default() };
     for f in &forms {
         match f.facing {

@@ -42,7 +42,7 @@ pub(super) struct Split {
 /// Counts of splitting and of deciding visibility.
 pub(super) type Counts = (ArrangeStats, VisibilityStats);
 
-impl Picture<'_> {
+impl<'a> Picture<'a> {
     /// Splits, and finds all that visibility has to know of the arcs of the curves.
     pub(super) fn split(&self, arcs: CurveArcs<'_>, monitor: &dyn Monitor) -> Result<Split, Stopped> {
         let stops = || monitor.stops();
@@ -50,22 +50,36 @@ impl Picture<'_> {
         monitor.begin(Stage::Arrange);
         let view = self.geometry.view;
         let tolerance = tolerance(view);
-        // A patch seen edge-on hides nothing, so that it does not matter where a curve pierces it.
-        let covering = view.patches().iter().zip(self.geometry.forms).filter(|(_, f)| f.facing != Facing::EdgeOn);
-        let patches: Vec<&Patch> = covering.map(|(p, _)| p).collect();
-        let clusters = if self.options.clusters {
-            clusters(&self.geometry, self.stitching, tolerance, stop)
-        } else {
-            Clusters::none()
-        };
+        let (patches, clusters) = (self.covering_patches(), self.clusters(stop));
         let arrangement = arrange(arcs, &patches, self.stitching, &clusters, tolerance, stop);
         stop.check()?;
         let outermost = Outermost::new(arcs, view.size(), &self.classifying());
         Ok(Split { arrangement, outermost })
     }
 
+    /// The patches that curves may pierce. One that is seen edge-on hides nothing, so that it does not matter where a curve does.
+    pub(super) fn covering_patches(&self) -> Vec<&'a Patch> {
+        let patches = self.geometry.view.patches().iter().zip(self.geometry.forms);
+        patches.filter(|(_, f)| f.facing != Facing::EdgeOn).map(|(p, _)| p).collect()
+    }
+
+    /// Which surfaces cannot hide one another, as far as that is wanted.
+    pub(super) fn clusters(&self, stop: Stop<'_>) -> Clusters {
+        if self.options.clusters {
+            clusters(&self.geometry, self.stitching, tolerance(self.geometry.view), stop)
+        } else {
+            Clusters::none()
+        }
+    }
+
+    /// What sight lines meet.
+    pub(super) fn occluders(&self, stop: Stop<'_>) -> Occluders<'a> {
+        let view = self.geometry.view;
+        Occluders::trimmed(view.patches(), &|s| view.trims(s), self.options.cells, stop)
+    }
+
     /// How visibility is decided.
-    fn classifying(&self) -> ClassifyOptions {
+    pub(super) fn classifying(&self) -> ClassifyOptions {
         let size = self.geometry.view.size();
         ClassifyOptions {
             method: self.options.visibility,
@@ -87,7 +101,7 @@ impl Picture<'_> {
         let Split { arrangement, outermost } = split;
         monitor.begin(Stage::Visibility);
         let view = self.geometry.view;
-        let occluders = Occluders::trimmed(view.patches(), &|s| view.trims(s), self.options.cells, stop);
+        let occluders = self.occluders(stop);
         stop.check()?;
         let cracks = Cracks::new(view, self.stitching, occluders.resolution());
         let subject = Subject {

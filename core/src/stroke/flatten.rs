@@ -23,8 +23,10 @@ pub fn flatten(
 ) -> Vec<Stroke> {
     let runs = runs(sightings);
     // A closed curve seen from end to end is one closed stroke; one cut at its seam only is joined there by chaining.
-    let line =
-        |s: &Sighting| stroke(curves, s, if stop.is_wanted() { Vec::new() } else { points(g, curves, s, tolerance) });
+    let line = |s: &Sighting| {
+        let curve = &curves[s.curve];
+        stroke(curve, s, if stop.is_wanted() { Vec::new() } else { polyline(g, curve, s.t, tolerance) })
+    };
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
@@ -49,18 +51,14 @@ pub(crate) fn runs(sightings: &[Sighting]) -> Vec<Sighting> {
     runs
 }
 
-/// The stroke of a run with these vertices.
-pub(crate) fn stroke(curves: &[SurfaceCurve], run: &Sighting, points: Vec<StrokePoint>) -> Stroke {
-    let SurfaceCurve { kind, surface, style, level, .. } = curves[run.curve];
+/// The stroke of a run of a curve, with these vertices.
+pub(crate) fn stroke(curve: &SurfaceCurve, run: &Sighting, points: Vec<StrokePoint>) -> Stroke {
+    let SurfaceCurve { kind, surface, style, level, .. } = *curve;
     Stroke { kind, surface, style, level, qi: run.qi, certainty: run.certainty, points }
 }
 
-/// The vertices of a run.
-pub(crate) fn points(g: &Geometry<'_>, curves: &[SurfaceCurve], run: &Sighting, tolerance: f64) -> Vec<StrokePoint> {
-    polyline(g, &curves[run.curve], run.t, tolerance)
-}
-
-fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64) -> Vec<StrokePoint> {
+/// The vertices of the part of a curve over the interval `t`.
+pub(crate) fn polyline(g: &Geometry<'_>, curve: &SurfaceCurve, t: [f64; 2], tolerance: f64) -> Vec<StrokePoint> {
     let mut vertices = Vec::new();
     // Half the tolerance here, half for the vertices that thinning leaves out.
     walk(g, curve, t, 0.5 * tolerance, &mut |(t, p)| {

@@ -58,6 +58,12 @@ impl Patch {
         DVec2::new((uv.x - self.u[0]) / (self.u[1] - self.u[0]), (uv.y - self.v[0]) / (self.v[1] - self.v[0]))
     }
 
+    /// Size of its rectangle of surface parameters.
+    #[must_use]
+    pub fn parameter_size(&self) -> DVec2 {
+        DVec2::new(self.u[1] - self.u[0], self.v[1] - self.v[0])
+    }
+
     /// One homogeneous coordinate (0 = X … 3 = W) as a tensor Bernstein polynomial.
     #[must_use]
     pub fn coordinate(&self, k: usize) -> Bivariate {

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::propagate::propagate;
 use super::{Certainty, Cracks, Exclusion, Occluders, RayScratch};
-use crate::arrange::{Arrangement, CurveArcs, LengthTable, Piece};
+use crate::arrange::{Arrangement, CurveArcs, LengthTable, Piece, SplitCurve};
 use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
@@ -91,17 +91,42 @@ pub struct Subject<'a> {
     /// Which boundaries coincide.
     pub stitching: &'a Stitching,
     /// The surfaces.
-    pub occluders: &'a Occluders,
+    pub occluders: &'a Occluders<'a>,
     /// Where they do not quite meet.
     pub cracks: &'a Cracks<'a>,
     /// When to stop.
     pub stop: Stop<'a>,
 }
 
-impl Subject<'_> {
+/// What sight lines are sent through, and tell a curve's own sheets from others.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// What evaluates the curves.
+    pub geometry: Geometry<'a>,
+    /// Which boundaries coincide.
+    pub stitching: &'a Stitching,
+    /// The surfaces.
+    pub occluders: &'a Occluders<'a>,
+    /// Where they do not quite meet.
+    pub cracks: &'a Cracks<'a>,
+}
+
+impl Surroundings<'_> {
+    /// Stitched curves agree to this, in view space; anything farther is another part of the side.
+    fn reach(&self) -> f64 {
+        1e-5 * self.geometry.view.size()
+    }
+}
+
+impl<'a> Subject<'a> {
+    fn surroundings(&self) -> Surroundings<'a> {
+        let Self { geometry, stitching, occluders, cracks, .. } = *self;
+        Surroundings { geometry, stitching, occluders, cracks }
+    }
+
     /// Stitched curves agree to this, in view space; anything farther is another part of the side.
     pub(super) fn reach(&self) -> f64 {
-        1e-5 * self.geometry.view.size()
+        self.surroundings().reach()
     }
 
     /// The pieces whose insides hold the outermost places of the picture: nothing lies in front of them.
@@ -206,6 +231,29 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
     (all, stats)
 }
 
+/// Decides the visibility of the pieces of one curve by rays, as [`classify`] does that of all curves: those that have to be inked,
+/// in their order. What is counted is added to `stats`.
+#[must_use]
+pub fn classify_one(
+    around: Surroundings<'_>,
+    options: &ClassifyOptions,
+    curve: &SurfaceCurve,
+    SplitCurve { pieces, lengths, .. }: &SplitCurve,
+    scratch: &mut RayScratch,
+    stats: &mut VisibilityStats,
+) -> Vec<Sighting> {
+    let mut seen = Vec::new();
+    for piece in pieces.iter().filter(|piece| curve.inked && piece.covered_by.is_none()) {
+        let mut watch = Watch::new(around, options, (curve, lengths), piece, scratch);
+        seen.extend(watch.piece());
+        stats.add(watch.stats);
+    }
+    for sighting in &seen {
+        stats.decided[sighting.certainty as usize] += 1;
+    }
+    seen
+}
+
 /// Fires rays along pieces, by their indices, and hands on what they tell in that order.
 fn ask_all(
     subject: &Subject<'_>,
@@ -217,7 +265,7 @@ fn ask_all(
         if subject.stop.is_wanted() {
             return (Vec::new(), VisibilityStats::default());
         }
-        let mut watch = Watch::new(subject, options, *k, scratch);
+        let mut watch = Watch::of(subject, options, *k, scratch);
         let seen = watch.piece();
         (seen, watch.stats)
     };
@@ -248,7 +296,7 @@ struct Sample {
 }
 
 pub(super) struct Watch<'a> {
-    subject: &'a Subject<'a>,
+    around: Surroundings<'a>,
     options: &'a ClassifyOptions,
     piece: &'a Piece,
     curve: &'a SurfaceCurve,
@@ -261,7 +309,8 @@ pub(super) struct Watch<'a> {
 const MOST_SAMPLES: usize = 256;
 
 impl<'a> Watch<'a> {
-    pub(super) fn new(
+    /// The piece with this index.
+    pub(super) fn of(
         subject: &'a Subject<'a>,
         options: &'a ClassifyOptions,
         piece: usize,
@@ -269,7 +318,18 @@ impl<'a> Watch<'a> {
     ) -> Self {
         let piece = &subject.arrangement.pieces[piece];
         let (curve, table) = (&subject.curves[piece.curve], &subject.arrangement.lengths[piece.curve]);
-        Self { subject, options, piece, curve, table, scratch, stats: VisibilityStats::default() }
+        Self::new(subject.surroundings(), options, (curve, table), piece, scratch)
+    }
+
+    /// A piece of a curve along which lengths are known.
+    fn new(
+        around: Surroundings<'a>,
+        options: &'a ClassifyOptions,
+        (curve, table): (&'a SurfaceCurve, &'a LengthTable),
+        piece: &'a Piece,
+        scratch: &'a mut RayScratch,
+    ) -> Self {
+        Self { around, options, piece, curve, table, scratch, stats: VisibilityStats::default() }
     }
 
     /// The answer of one ray to the piece, if there is a clear one.
@@ -299,7 +359,8 @@ impl<'a> Watch<'a> {
         let mut out = Vec::new();
         let mut start = a;
         let mut changes = 0;
-        let doubt = |t: f64, why: &'static str| Doubt { at: self.curve.model_point(&self.subject.geometry, t), why };
+        let (curve, geometry) = (self.curve, self.around.geometry);
+        let doubt = |t: f64, why: &'static str| Doubt { at: curve.model_point(&geometry, t), why };
         for w in samples.windows(2) {
             if self.key(w[0].qi) != self.key(w[1].qi) {
                 let t = self.locate_change(w[0], w[1]);
@@ -378,20 +439,20 @@ impl<'a> Watch<'a> {
         } else {
             self.stats.rays_passive += 1;
         }
-        let p = self.curve.point(&self.subject.geometry, t);
+        let p = self.curve.point(&self.around.geometry, t);
         let exclusions = self.exclusions(t, p);
-        let answer = self.subject.occluders.query_among(p, &exclusions, self.subject.cracks, self.scratch);
+        let answer = self.around.occluders.query_among(p, &exclusions, self.around.cracks, self.scratch);
         Sample { t, qi: answer.qi, clear: answer.clear, contact: answer.contact }
     }
 
     /// The point's own places on its surfaces, which must not count as being in front of it: by identity in parameter
     /// space, on the curve's surface and on whatever is stitched to it there.
     fn exclusions(&self, t: f64, p: DVec3) -> Vec<Exclusion> {
-        let uv = self.curve.uv(&self.subject.geometry, t);
+        let uv = self.curve.uv(&self.around.geometry, t);
         let own = self.curve.surface;
         if let Path::Section(section) = &self.curve.path {
             // Neither of its two surfaces is in front of it there.
-            let places = self.curve.both_uv(&self.subject.geometry, section, t);
+            let places = self.curve.both_uv(&self.around.geometry, section, t);
             let exclusion = |(&surface, uv): (&usize, DVec2)| {
                 let radius = self.parameter_size(surface, uv) * SECTION_RADIUS;
                 Exclusion { surface, uv, radius }
@@ -402,10 +463,10 @@ impl<'a> Watch<'a> {
         let radius = if traced { self.fold_radius(t, uv) } else { self.parameter_size(own, uv) * LINE_RADIUS };
         let mut out = Vec::with_capacity(4);
         out.push(Exclusion { surface: own, uv, radius });
-        let reach = self.subject.reach();
+        let reach = self.around.reach();
         let mut add = |side: usize, reach: f64| {
-            let path = &self.subject.stitching.sides[side].path;
-            let (ts, d) = path.nearest(self.subject.geometry.view, p);
+            let path = &self.around.stitching.sides[side].path;
+            let (ts, d) = path.nearest(self.around.geometry.view, p);
             if d <= reach {
                 out.push(self.exclusion_of_side(side, ts, d));
             }
@@ -414,13 +475,13 @@ impl<'a> Watch<'a> {
             add(s, f64::INFINITY);
         }
         if self.curve.sides.is_empty() {
-            let grid = &self.subject.geometry.view.surfaces()[own];
+            let grid = &self.around.geometry.view.surfaces()[own];
             let (u, v) = (&grid.u_breaks, &grid.v_breaks);
             let gaps = [uv.x - u[0], u[u.len() - 1] - uv.x, uv.y - v[0], v[v.len() - 1] - uv.y];
             for (k, gap) in gaps.iter().enumerate() {
                 let r = if k < 2 { radius.x } else { radius.y };
                 if *gap <= r {
-                    for edge in self.subject.stitching.edges_of(4 * own + k) {
+                    for edge in self.around.stitching.edges_of(4 * own + k) {
                         for &partner in &edge.partners {
                             add(partner, reach);
                         }
@@ -434,8 +495,8 @@ impl<'a> Watch<'a> {
     /// Round the place `t` of a side that is `distance` from the same edge on another surface. Where that is wide, because
     /// the model's shared edges are loose, so is what is left out: as far again.
     fn exclusion_of_side(&self, side: usize, t: f64, distance: f64) -> Exclusion {
-        let path = &self.subject.stitching.sides[side].path;
-        let view = self.subject.geometry.view;
+        let path = &self.around.stitching.sides[side].path;
+        let view = self.around.geometry.view;
         let (surface, uv) = (path.surface(), path.uv(t));
         let (patch, local) = path.place(view, t);
         let (size, jet) = (self.parameter_size(surface, uv), view.patches()[patch].jet(local.x, local.y));
@@ -447,9 +508,8 @@ impl<'a> Watch<'a> {
 
     /// Size of the patch that holds `uv`, in surface parameters.
     fn parameter_size(&self, surface: usize, uv: DVec2) -> DVec2 {
-        let (patch, _) = self.subject.geometry.view.locate(surface, uv, [false; 2]);
-        let p = &self.subject.geometry.view.patches()[patch];
-        DVec2::new(p.u[1] - p.u[0], p.v[1] - p.v[0])
+        let (patch, _) = self.around.geometry.view.locate(surface, uv, [false; 2]);
+        self.around.geometry.view.patches()[patch].parameter_size()
     }
 
     /// Half-widths round a point of a silhouette inside which every root is the point itself: a double root, which
@@ -457,7 +517,7 @@ impl<'a> Watch<'a> {
     /// flat. A quarter of the way to the ends of the piece at most, where a cusp may be.
     fn fold_radius(&self, t: f64, uv: DVec2) -> DVec2 {
         let [a, b] = self.piece.t;
-        let (p, q) = (self.curve.uv(&self.subject.geometry, a), self.curve.uv(&self.subject.geometry, b));
+        let (p, q) = (self.curve.uv(&self.around.geometry, a), self.curve.uv(&self.around.geometry, b));
         let size = self.parameter_size(self.curve.surface, uv);
         let room = ((p - uv) / size).length().min(((q - uv) / size).length());
         let closed = a == self.curve.domain[0] && b == self.curve.domain[1] && (p - q).length() == 0.0;

@@ -180,7 +180,7 @@ impl<'a> Cracks<'a> {
     fn face(&self, path: &SidePath, t: f64, q: DVec2, width: f64) -> (Face, bool) {
         let (index, local) = path.place(self.view, t);
         let patch = &self.view.patches()[index];
-        let size = DVec2::new(patch.u[1] - patch.u[0], patch.v[1] - patch.v[0]);
+        let size = patch.parameter_size();
         let (run, inward) = match path {
             SidePath::Line(line) => {
                 let inward = if line.below { -1.0 } else { 1.0 };
@@ -241,7 +241,7 @@ impl Face {
     }
 }
 
-impl Occluders {
+impl Occluders<'_> {
     /// As [`query`](Self::query), among edges whose sides are apart: a sight line through the gap between the sides of such an
     /// edge, or through both where they overlap, meets what it would if they were one.
     #[must_use]

@@ -1,5 +1,7 @@
 //! The patches cut into regular cells, and a bounding hierarchy over the cells' screen boxes.
 
+use alloc::borrow::Cow;
+use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -32,27 +34,43 @@ const NEAR_CELL: f64 = 0.025;
 /// Most leaves in one node.
 const BUCKET: usize = 4;
 
-/// What a query has to know of a patch.
+/// What a query has to know of a patch beside itself.
 #[derive(Clone, Debug)]
-pub(super) struct PatchInfo {
-    pub(super) index: usize,
-    pub(super) surface: usize,
-    pub(super) degrees: Degrees,
-    pub(super) u: [f64; 2],
-    pub(super) v: [f64; 2],
+struct PatchInfo {
+    index: usize,
     /// Index of its surface's trims in `Occluders::trims`.
-    pub(super) trims: Option<usize>,
-    /// For the sides u = 0, u = 1, v = 0, v = 1: the screen point (and nearest depth) on which the side collapses.
-    pub(super) poles: [Option<Pole>; 4],
+    trims: Option<usize>,
+    /// Most patches have none.
+    poles: Option<Box<Poles>>,
 }
 
-impl PatchInfo {
-    pub(super) fn to_surface(&self, x: DVec2) -> DVec2 {
-        DVec2::new(self.u[0] + x.x * (self.u[1] - self.u[0]), self.v[0] + x.y * (self.v[1] - self.v[0]))
+/// For the sides u = 0, u = 1, v = 0, v = 1: the screen point (and nearest depth) on which the side collapses.
+type Poles = [Option<Pole>; 4];
+
+/// A patch as a query sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Occluder<'a> {
+    pub(super) patch: &'a Patch,
+    info: &'a PatchInfo,
+}
+
+impl<'a> Occluder<'a> {
+    /// Its index, as it was handed over.
+    pub(super) fn index(self) -> usize {
+        self.info.index
     }
 
-    pub(super) fn to_local(&self, uv: DVec2) -> DVec2 {
-        DVec2::new((uv.x - self.u[0]) / (self.u[1] - self.u[0]), (uv.y - self.v[0]) / (self.v[1] - self.v[0]))
+    pub(super) fn degrees(self) -> Degrees {
+        Degrees { p: self.patch.degree_u, q: self.patch.degree_v }
+    }
+
+    pub(super) fn poles(self) -> &'a Poles {
+        const NONE: &Poles = &[None; 4];
+        self.info.poles.as_deref().unwrap_or(NONE)
+    }
+
+    pub(super) fn to_surface(self, x: DVec2) -> DVec2 {
+        self.patch.to_surface(x.x, x.y)
     }
 }
 
@@ -61,8 +79,8 @@ impl PatchInfo {
 pub(super) struct Leaf {
     /// Index into `Occluders::patches`.
     pub(super) patch: usize,
-    /// First control point in `Occluders::nets`.
-    pub(super) net: usize,
+    /// First control point in `Occluders::nets`; of a whole patch none, for its net is that of the patch.
+    net: Option<u32>,
     pub(super) window: Window,
     pub(super) box_min: DVec2,
     pub(super) box_max: DVec2,
@@ -94,11 +112,13 @@ pub(super) struct Node {
 /// The surfaces of a scene prepared for the question *how many sheets lie in front of this point*.
 ///
 /// Immutable once built and shared freely between threads; each thread brings its own [`RayScratch`](super::RayScratch).
-/// About 0.5 kB of memory a cell for bicubic patches, some thirty to a hundred cells a patch.
+/// About 0.5 kB of memory a cell for bicubic patches, some thirty to a hundred cells a patch; of a cell that is a whole patch less than half, for
+/// it has the net of the patch.
 #[derive(Clone, Debug)]
-pub struct Occluders {
-    pub(super) patches: Vec<PatchInfo>,
-    pub(super) nets: Vec<DVec4>,
+pub struct Occluders<'a> {
+    all: Cow<'a, [Patch]>,
+    patches: Vec<PatchInfo>,
+    nets: Vec<DVec4>,
     pub(super) leaves: Vec<Leaf>,
     pub(super) nodes: Vec<Node>,
     pub(super) tolerances: Tolerances,
@@ -107,7 +127,7 @@ pub struct Occluders {
     left_out: usize,
 }
 
-impl Occluders {
+impl Occluders<'static> {
     /// Prepares the patches. They are cut until each cell is proven to hold at most one root for every sight line
     /// through its screen box, or a fixed number of halvings is spent (on cells that hold a fold or a pole).
     ///
@@ -116,17 +136,27 @@ impl Occluders {
     /// equal hits. O(n log n) in the number of cells.
     #[must_use]
     pub fn new(patches: &[Patch], stop: Stop<'_>) -> Self {
-        Self::trimmed(patches, &|_| None, usize::MAX, stop)
+        Occluders::trimmed(patches, &|_| None, usize::MAX, stop).into_owned()
+    }
+}
+
+impl<'a> Occluders<'a> {
+    /// These, with a copy of the patches if they are borrowed.
+    #[must_use]
+    pub fn into_owned(self) -> Occluders<'static> {
+        let Self { all, patches, nets, leaves, nodes, tolerances, trims, size, left_out } = self;
+        let all = Cow::Owned(all.into_owned());
+        Occluders { all, patches, nets, leaves, nodes, tolerances, trims, size, left_out }
     }
 
-    /// As [`new`](Self::new), with what `trims` says of a surface, by its index: cells that are cut off as a whole are
+    /// As [`new`](Occluders::new), of patches that are borrowed, with what `trims` says of a surface, by its index: cells that are cut off as a whole are
     /// left out, and in those that a trim curve enters each root is asked for (Elber and Cohen 1989, section 6, stage
     /// 2). There are no more cells than `most`, or one a patch if that is more; sight lines cut cells that are not regular
     /// further themselves.
     #[must_use]
-    pub fn trimmed<'a>(
-        patches: &[Patch],
-        trims: &dyn Fn(usize) -> Option<&'a Trims>,
+    pub fn trimmed<'t>(
+        patches: &'a [Patch],
+        trims: &dyn Fn(usize) -> Option<&'t Trims>,
         most: usize,
         stop: Stop<'_>,
     ) -> Self {
@@ -142,9 +172,10 @@ impl Occluders {
         let tolerance = RESOLUTION * size + 16.0 * rounding;
         let tolerances = Tolerances { border: tolerance, contact: tolerance, rounding };
         let mut build = Self {
+            all: Cow::Borrowed(patches),
             patches: Vec::with_capacity(patches.len()),
+            nets: Vec::new(),
             // Room for a cell of each.
-            nets: Vec::with_capacity(patches.iter().map(|p| p.points.len()).sum()),
             leaves: Vec::with_capacity(patches.len()),
             nodes: Vec::new(),
             tolerances,
@@ -172,6 +203,7 @@ impl Occluders {
                 build.left_out += 1;
             }
         }
+        build.nets.shrink_to_fit();
         build.arrange();
         build
     }
@@ -201,9 +233,33 @@ impl Occluders {
         self.left_out
     }
 
+    /// The patch that a cell is part of.
+    pub(super) fn patch_of(&self, leaf: &Leaf) -> Occluder<'_> {
+        self.occluder(leaf.patch)
+    }
+
+    fn occluder(&self, slot: usize) -> Occluder<'_> {
+        let info = &self.patches[slot];
+        Occluder { patch: &self.all[info.index], info }
+    }
+
+    /// The net of a cell.
+    pub(super) fn net(&self, leaf: &Leaf) -> &[DVec4] {
+        let patch = self.patch_of(leaf).patch;
+        match leaf.net {
+            Some(first) => &self.nets[first as usize..first as usize + patch.points.len()],
+            None => &patch.points,
+        }
+    }
+
+    /// The trims of the surface of a patch.
+    pub(super) fn trims_of(&self, patch: Occluder<'_>) -> Option<&Trims> {
+        patch.info.trims.map(|k| &self.trims[k])
+    }
+
     /// How a cell of a patch lies to the trims, with what is so near to it that a root of the cell may be there.
-    pub(super) fn cover(&self, patch: &PatchInfo, window: Window) -> Cover {
-        let Some(trims) = patch.trims.map(|k| &self.trims[k]) else { return Cover::Inside };
+    pub(super) fn cover(&self, patch: Occluder<'_>, window: Window) -> Cover {
+        let Some(trims) = self.trims_of(patch) else { return Cover::Inside };
         let room = (window.hi - window.lo) * NEAR_CELL;
         trims.cover(patch.to_surface(window.lo - room), patch.to_surface(window.hi + room))
     }
@@ -212,20 +268,14 @@ impl Occluders {
         let degrees = Degrees { p: patch.degree_u, q: patch.degree_v };
         let n = degrees.len();
         let slot = self.patches.len();
-        self.patches.push(PatchInfo {
-            index,
-            surface: patch.surface,
-            degrees,
-            u: patch.u,
-            v: patch.v,
-            trims,
-            poles: poles(patch, self.tolerances.rounding),
-        });
+        let poles = poles(patch, self.tolerances.rounding);
+        let poles = poles.iter().any(Option::is_some).then(|| Box::new(poles));
+        self.patches.push(PatchInfo { index, trims, poles });
         let mut nets = patch.points.clone();
         let mut windows = vec![Window::WHOLE];
         while let Some(window) = windows.pop() {
             let start = nets.len() - n;
-            let cover = self.cover(&self.patches[slot], window);
+            let cover = self.cover(self.occluder(slot), window);
             if cover == Cover::Outside {
                 nets.truncate(start);
                 continue;
@@ -250,9 +300,13 @@ impl Occluders {
                 continue;
             }
             let mixed = cover == Cover::Mixed;
-            let leaf = Leaf { patch: slot, net: self.nets.len(), window, box_min, box_max, depth, mixed, regular };
+            // Memory ends long before the numbers do.
+            let own = (window.depth != [0, 0]).then_some(self.nets.len() as u32);
+            let leaf = Leaf { patch: slot, net: own, window, box_min, box_max, depth, mixed, regular };
             self.leaves.push(leaf);
-            self.nets.extend_from_slice(&nets[start..]);
+            if own.is_some() {
+                self.nets.extend_from_slice(&nets[start..]);
+            }
             nets.truncate(start);
         }
     }

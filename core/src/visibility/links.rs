@@ -443,7 +443,8 @@ impl<'a> Linker<'a> {
     /// The wedge test: how many other sheets of an edge hide one of them beside the edge at `t`.
     fn hidden_by_edge(&self, edge: usize, t: f64, sheet: usize) -> Option<i32> {
         let sheets = &self.sheets[edge];
-        let own = self.beside(edge, &sheets[sheet], t)?;
+        // Of a smooth join, which is drawn but hides nothing, there are none: what goes on over it is a seam's affair.
+        let own = self.beside(edge, sheets.get(sheet)?, t)?;
         let mut hidden = 0;
         for (k, other) in sheets.iter().enumerate() {
             if k == sheet {

@@ -21,12 +21,15 @@ mod halo;
 mod hierarchy;
 mod leaf;
 mod links;
+mod nets;
 mod pole;
 mod propagate;
 mod ray;
 
 pub use certainty::Certainty;
-pub use classify::{ClassifyOptions, Doubt, Method, Outermost, Sighting, Subject, VisibilityStats, classify};
+pub use classify::{
+    ClassifyOptions, Doubt, Method, Outermost, Sighting, Subject, Surroundings, VisibilityStats, classify, classify_one,
+};
 pub use crack::Cracks;
 pub use halo::halo;
 pub use hierarchy::Occluders;

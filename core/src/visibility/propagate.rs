@@ -39,7 +39,7 @@ pub(super) fn propagate(subject: &Subject<'_>, options: &ClassifyOptions, stats:
             continue;
         }
         fired[k] = true;
-        let mut watch = Watch::new(subject, options, k, &mut scratch);
+        let mut watch = Watch::of(subject, options, k, &mut scratch);
         known[k] = watch.once();
         let asked = core::mem::take(&mut watch.stats);
         stats.rays_active += asked.rays_active;

@@ -3,11 +3,12 @@
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3};
 
 use super::coverage::{SAME_DIRECTION, Sector, coverage};
-use super::hierarchy::{Leaf, Occluders, PatchInfo};
-use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, halve, solve};
+use super::hierarchy::{Leaf, Occluder, Occluders};
+use super::leaf::{Axis, Enclosure, Equations, Root, Solution, Strip, Window, solve};
+use super::nets::Nets;
 use super::pole::{Fan, Pole, pole_fan};
 use crate::trim::{Cover, Nearby, Trims};
 
@@ -124,7 +125,7 @@ pub struct RayScratch {
     /// What the queries have cost; reset it at will.
     pub stats: RayStats,
     equations: Equations,
-    nets: Vec<DVec4>,
+    nets: Nets,
     windows: Vec<Window>,
     excluded: Vec<[DVec2; 2]>,
     crossings: Vec<Crossing>,
@@ -142,7 +143,7 @@ impl RayScratch {
         Self {
             stats: RayStats::default(),
             equations: Equations::EMPTY,
-            nets: Vec::new(),
+            nets: Nets::default(),
             windows: Vec::new(),
             excluded: Vec::new(),
             crossings: Vec::new(),
@@ -189,7 +190,7 @@ struct Ray<'a> {
     exclude: &'a [Exclusion],
 }
 
-impl Occluders {
+impl Occluders<'_> {
     /// Counts the sheets strictly in front of `p` (view space), the places in `exclude` left out.
     ///
     /// A sight line through the borders of patches counts one sheet where the patches continue one another, whichever
@@ -309,8 +310,7 @@ impl Occluders {
 
     /// Looks for the roots in one leaf; true if it holds one that is nearer than the ceiling and need not be known.
     fn visit(&self, leaf: &Leaf, ray: &Ray<'_>, scratch: &mut RayScratch) -> bool {
-        let patch = &self.patches[leaf.patch];
-        let net = &self.nets[leaf.net..leaf.net + patch.degrees.len()];
+        let (patch, net) = (self.patch_of(leaf), self.net(leaf));
         let window = leaf.window;
         if let Some(enclosure) = &leaf.regular {
             let estimate = enclosure.estimate(ray.q - leaf.centre());
@@ -322,7 +322,7 @@ impl Occluders {
             if free && !leaf.mixed && leaf.depth[0] > ray.ceiling && enclosure.surely_inside(estimate) {
                 return true;
             }
-            match solve(net, patch.degrees, ray.q, enclosure, estimate, &mut scratch.stats.newton) {
+            match solve(net, patch.degrees(), ray.q, enclosure, estimate, &mut scratch.stats.newton) {
                 Solution::Root(root) => {
                     self.record(patch, Cell { window, mixed: leaf.mixed }, enclosure, ray, root, scratch);
                     return false;
@@ -334,8 +334,7 @@ impl Occluders {
             excluded(patch, ray.exclude, &mut scratch.excluded);
         }
         scratch.stats.folds += 1;
-        scratch.nets.clear();
-        scratch.nets.extend_from_slice(net);
+        scratch.nets.start(net);
         scratch.windows.clear();
         scratch.windows.push(window);
         self.subdivide(patch, leaf.mixed, ray, scratch);
@@ -343,35 +342,30 @@ impl Occluders {
     }
 
     /// Depth-first search of the roots in the cells on the stack of `scratch`.
-    fn subdivide(&self, patch: &PatchInfo, mixed: bool, ray: &Ray<'_>, scratch: &mut RayScratch) {
-        let degrees = patch.degrees;
-        let n = degrees.len();
+    fn subdivide(&self, patch: Occluder<'_>, mixed: bool, ray: &Ray<'_>, scratch: &mut RayScratch) {
         while let Some(window) = scratch.windows.pop() {
             if scratch.budget == 0 {
                 return;
             }
             scratch.budget -= 1;
-            let start = scratch.nets.len() - n;
             let cell = Cell { window, mixed };
-            match self.examine(patch, cell, ray, scratch, start) {
-                Verdict::Done => scratch.nets.truncate(start),
+            match self.examine(patch, cell, ray, scratch) {
+                Verdict::Done => scratch.nets.pop(),
                 Verdict::Halve(axis) => {
                     scratch.stats.halvings += 1;
                     let [lower, upper] = window.halves(axis);
                     scratch.windows.extend([lower, upper]);
-                    scratch.nets.resize(start + 2 * n, DVec4::ZERO);
-                    let (net, rest) = scratch.nets[start..].split_at_mut(n);
-                    halve(net, rest, degrees, axis);
+                    scratch.nets.halve_top(patch.degrees(), axis);
                 }
             }
         }
     }
 
-    /// Decides one cell, whose net starts at `start`, or says how to halve it.
-    fn examine(&self, patch: &PatchInfo, cell: Cell, ray: &Ray<'_>, scratch: &mut RayScratch, start: usize) -> Verdict {
+    /// Decides one cell, whose net is on top, or says how to halve it.
+    fn examine(&self, patch: Occluder<'_>, cell: Cell, ray: &Ray<'_>, scratch: &mut RayScratch) -> Verdict {
         let window = cell.window;
-        let net = &scratch.nets[start..];
-        let degrees = patch.degrees;
+        let net = scratch.nets.top();
+        let degrees = patch.degrees();
         let border = self.tolerances.border;
         if scratch.excluded.iter().any(|[lo, hi]| window.lo.cmpge(*lo).all() && window.hi.cmple(*hi).all())
             || net.iter().all(|h| h.z < ray.floor * h.w)
@@ -385,7 +379,7 @@ impl Occluders {
         }
         let mut limit = [LIMIT; 2];
         for (side, touches) in window.sides().into_iter().enumerate() {
-            let Some(pole) = patch.poles[side] else { continue };
+            let Some(pole) = patch.poles()[side] else { continue };
             limit[side / 2] = POLE_LIMIT;
             if !touches {
                 continue;
@@ -393,15 +387,15 @@ impl Occluders {
             if (ray.q - pole.at).abs().max_element() > border {
                 continue;
             }
-            if let Some(verdict) = self.at_pole(patch, cell, side, &pole, scratch, start) {
+            if let Some(verdict) = self.at_pole(patch, cell, side, &pole, scratch) {
                 return verdict;
             }
         }
-        let net = &scratch.nets[start..];
+        let net = scratch.nets.top();
         let equations = &scratch.equations;
         if equations.vanish(&self.tolerances) {
             // Nothing on the screen tells the points of the cell apart any more.
-            return self.give_up(patch, window, scratch, start);
+            return self.give_up(patch, window, scratch);
         }
         let enclosure = equations.enclosure(net, DVec2::ZERO, &self.tolerances);
         if let Some(mut enclosure) = enclosure {
@@ -432,28 +426,27 @@ impl Occluders {
         if let Some(axis) = next {
             return Verdict::Halve(axis);
         }
-        self.give_up(patch, window, scratch, start)
+        self.give_up(patch, window, scratch)
     }
 
     /// Decides the cell at the pole on its side `side`, for a sight line through that pole; `None` if it is too large.
     fn at_pole(
         &self,
-        patch: &PatchInfo,
+        patch: Occluder<'_>,
         Cell { window, mixed }: Cell,
         side: usize,
         pole: &Pole,
         scratch: &mut RayScratch,
-        start: usize,
     ) -> Option<Verdict> {
         let across = side / 2;
-        match pole_fan(&scratch.nets[start..], patch.degrees, side, pole.at, self.tolerances.rounding) {
+        match pole_fan(scratch.nets.top(), patch.degrees(), side, pole.at, self.tolerances.rounding) {
             Fan::Sector(sector) => {
                 let mut at = 0.5 * (window.lo + window.hi);
                 at[across] = (side % 2) as f64;
                 if !holds(&scratch.excluded, at) {
                     let hit = Hit {
-                        surface: patch.surface,
-                        patch: patch.index,
+                        surface: patch.patch.surface,
+                        patch: patch.index(),
                         uv: patch.to_surface(at),
                         z: pole.depth[1],
                         // A side along the sight line has no depth of its own, and trims may leave a part of the
@@ -469,19 +462,19 @@ impl Occluders {
             Fan::Folded if window.depth[across] < FOLDED_POLE_LIMIT => {
                 Some(Verdict::Halve(if across == 0 { Axis::U } else { Axis::V }))
             }
-            Fan::Folded => Some(self.give_up(patch, window, scratch, start)),
+            Fan::Folded => Some(self.give_up(patch, window, scratch)),
             Fan::Wide => None,
         }
     }
 
     /// Leaves a cell undecided, unless it is part of what is excluded.
-    fn give_up(&self, patch: &PatchInfo, window: Window, scratch: &mut RayScratch, start: usize) -> Verdict {
+    fn give_up(&self, patch: Occluder<'_>, window: Window, scratch: &mut RayScratch) -> Verdict {
         if scratch.excluded.iter().any(|[lo, hi]| meets(*lo, *hi, window)) {
             return Verdict::Done;
         }
-        let z = scratch.nets[start..].iter().fold(f64::NEG_INFINITY, |z, h| z.max(h.z / h.w));
+        let z = scratch.nets.top().iter().fold(f64::NEG_INFINITY, |z, h| z.max(h.z / h.w));
         let at = 0.5 * (window.lo + window.hi);
-        let (surface, index) = (patch.surface, patch.index);
+        let (surface, index) = (patch.patch.surface, patch.index());
         let hit = Hit { surface, patch: index, uv: patch.to_surface(at), z, grazing: true, border: false };
         let merge = window.hi - window.lo;
         scratch.crossings.push(Crossing { hit, at, merge, pole: false, positive: true, sector: None, slope: 0.0 });
@@ -495,7 +488,7 @@ impl Occluders {
     fn trimmed_sector(
         &self,
         trims: &Trims,
-        patch: &PatchInfo,
+        patch: Occluder<'_>,
         window: Window,
         [a, b]: [DVec2; 2],
         at: DVec2,
@@ -506,7 +499,7 @@ impl Occluders {
             Nearby::None => Beside::CutOff,
             Nearby::Several => Beside::Corner,
             Nearby::Edge { direction, left } => {
-                let size = DVec2::new(patch.u[1] - patch.u[0], patch.v[1] - patch.v[0]) * (window.hi - window.lo);
+                let size = patch.patch.parameter_size() * (window.hi - window.lo);
                 let d = direction / size;
                 let along = a * d.x + b * d.y;
                 // The map to the screen keeps left and right, or exchanges them.
@@ -518,7 +511,7 @@ impl Occluders {
 
     fn record(
         &self,
-        patch: &PatchInfo,
+        patch: Occluder<'_>,
         Cell { window, mixed }: Cell,
         enclosure: &Enclosure,
         ray: &Ray<'_>,
@@ -541,7 +534,7 @@ impl Occluders {
         let near =
             [root.at.x <= margin.x, root.at.x >= 1.0 - margin.x, root.at.y <= margin.y, root.at.y >= 1.0 - margin.y];
         let sides = window.sides();
-        let on = |k: usize| near[k] && sides[k] && patch.poles[k].is_none();
+        let on = |k: usize| near[k] && sides[k] && patch.poles()[k].is_none();
         let inward = |low: bool, high: bool, d: DVec2| match (low, high) {
             (true, _) => Some(d),
             (_, true) => Some(-d),
@@ -554,7 +547,7 @@ impl Occluders {
             (Some(d), Some(e)) => Some(Sector::between(d, e)),
         };
         let merge = 2.0 * margin * (window.hi - window.lo);
-        let (trimmed, sector) = match patch.trims.filter(|_| mixed).map(|k| &self.trims[k]) {
+        let (trimmed, sector) = match self.trims_of(patch).filter(|_| mixed) {
             Some(trims) => match self.trimmed_sector(trims, patch, window, [a, b], inside, merge) {
                 Beside::CutOff => return,
                 Beside::Kept => (false, sector),
@@ -567,8 +560,8 @@ impl Occluders {
         // A cell so narrow that both of its sides are the same border says nothing of either.
         let narrow = (on(0) && on(1)) || (on(2) && on(3));
         let hit = Hit {
-            surface: patch.surface,
-            patch: patch.index,
+            surface: patch.patch.surface,
+            patch: patch.index(),
             uv: patch.to_surface(inside),
             z,
             grazing: narrow || trimmed || enclosure.noise.max_element() > GRAZING,
@@ -603,13 +596,13 @@ enum Verdict {
 }
 
 /// The excluded rectangles in local parameters of the patch.
-fn excluded(patch: &PatchInfo, exclude: &[Exclusion], out: &mut Vec<[DVec2; 2]>) {
+fn excluded(patch: Occluder<'_>, exclude: &[Exclusion], out: &mut Vec<[DVec2; 2]>) {
     out.clear();
-    for e in exclude.iter().filter(|e| e.surface == patch.surface) {
-        let (a, b) = (patch.to_local(e.uv - e.radius), patch.to_local(e.uv + e.radius));
+    for e in exclude.iter().filter(|e| e.surface == patch.patch.surface) {
+        let (a, b) = (patch.patch.to_local(e.uv - e.radius), patch.patch.to_local(e.uv + e.radius));
         let (lo, hi) = (a.min(b), a.max(b));
         out.push([lo, hi]);
-        for (side, _) in patch.poles.iter().enumerate().filter(|(_, pole)| pole.is_some()) {
+        for (side, _) in patch.poles().iter().enumerate().filter(|(_, pole)| pole.is_some()) {
             let (across, value) = (side / 2, (side % 2) as f64);
             if lo[across] <= value && value <= hi[across] {
                 // The collapsed side is one point: whoever excludes it excludes it all round.

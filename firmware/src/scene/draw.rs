@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use glam::DVec2;
 use heapless::String;
 use penvis_core::extract::Styles;
-use penvis_core::pipeline::{DrawOptions, Monitor, PictureError, Prepared, Stage};
+use penvis_core::pipeline::{DrawOptions, Monitor, PictureError, Stage, trace_each};
 use penvis_core::stop::Stopped;
 use penvis_core::stroke::Stroke;
 
@@ -29,10 +29,19 @@ pub enum DrawError {
     Scene(#[from] SceneError),
     /// The camera does not see it.
     #[error(transparent)]
-    Picture(#[from] PictureError),
+    Picture(PictureError),
     /// The lines were not wanted any more, or the monitor stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+impl From<PictureError> for DrawError {
+    fn from(error: PictureError) -> Self {
+        match error {
+            PictureError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Picture(error),
+        }
+    }
 }
 
 /// What was drawn.
@@ -94,11 +103,9 @@ pub fn draw(
         drawn = pen;
         let styles = Styles::new(looks.iter().map(|look| look.style).collect());
         let camera = sight.camera().map_err(SceneError::from)?;
-        let prepared =
-            Prepared::styled(&scene, &camera, &DrawOptions { cells, keep_arcs: false, ..options }, styles, &until)?;
+        let options = DrawOptions { cells, ..options };
         let is_last = pens().max() == Some(pen);
-        drop(scene);
-        prepared.trace_each(tolerance, &until, &mut |stroke| {
+        trace_each(scene, &camera, &options, styles, tolerance, &until, &mut |stroke| {
             let look = looks.get(stroke.style);
             if look.and_then(|look| if stroke.qi == 0 { Some(look.pen) } else { look.hidden }) == Some(pen) {
                 figures.add(&stroke);
@@ -197,6 +204,8 @@ fn coordinates(line: &mut Line, command: &str, [x, y]: [i64; 2]) -> fmt::Result 
 mod tests {
     use alloc::string::ToString;
     use alloc::vec::Vec;
+
+    use penvis_core::pipeline::Prepared;
 
     use super::super::stored::tests::scene;
     use super::*;

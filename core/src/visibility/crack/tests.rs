@@ -64,7 +64,7 @@ fn whole_left(slope: f64, off: f64) -> SceneSurface {
 struct Asked {
     view: ViewScene,
     stitching: Stitching,
-    occluders: Occluders,
+    occluders: Occluders<'static>,
 }
 
 impl Asked {
@@ -72,7 +72,7 @@ impl Asked {
         let scene = Scene { name: "crack".into(), surfaces: faces };
         let view = ViewScene::new(&scene, &Camera::orthographic(DVec3::Z, DVec3::Y).unwrap()).unwrap();
         let stitching = Stitching::new(&view, &StitchOptions::of(&view), Stop::NEVER);
-        let occluders = Occluders::trimmed(view.patches(), &|s| view.trims(s), usize::MAX, Stop::NEVER);
+        let occluders = Occluders::trimmed(view.patches(), &|s| view.trims(s), usize::MAX, Stop::NEVER).into_owned();
         Self { view, stitching, occluders }
     }
 

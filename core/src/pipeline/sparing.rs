@@ -1,0 +1,225 @@
+//! From a scene to strokes with little memory: what can be made again is not kept.
+//!
+//! Rays decide each piece of a curve by itself. So curves are split, seen and forgotten one after the other; what is kept of each are
+//! the intervals that are drawn. Isocurves, which are most of the curves and change no other's visibility, are there one at a time
+//! only, and are made again when they are drawn. Where visibility goes from piece to piece
+//! ([`Method::Propagate`]), all pieces are needed at once, and the curves with them.
+
+use alloc::vec::Vec;
+
+use super::picture::tolerance;
+use super::{DrawOptions, Kept, Monitor, PictureError, Prepared, Stage, Stats};
+use crate::arrange::{Arcs, ArrangeStats, OneByOne, SplitCurve};
+use crate::extract::{Geometry, IsoLine, Styles, SurfaceCurve, iso_lines};
+use crate::scene::Scene;
+use crate::stitch::STITCH;
+use crate::stop::{Stop, Stopped};
+use crate::stroke::{self, Stroke, StrokePoint};
+use crate::view::{Camera, ViewScene};
+use crate::visibility::{Cracks, Method, RayScratch, Sighting, Subject, Surroundings, VisibilityStats, classify_one};
+
+/// The strokes of [`Prepared::styled`] and [`Prepared::trace`] one after the other, the same to the bit, for machines with little
+/// memory: no stroke is kept, nor anything that can be made again, and the scene only until its patches are. Takes about twice the
+/// time: every arc and isocurve is made several times, and every stroke flattened twice.
+///
+/// # Errors
+/// If the scene is empty or reaches the eye plane, or the monitor stops it.
+pub fn trace_each(
+    scene: Scene,
+    camera: &Camera,
+    options: &DrawOptions,
+    styles: Styles,
+    tolerance: f64,
+    monitor: &dyn Monitor,
+    draw: &mut dyn FnMut(Stroke),
+) -> Result<Stats, PictureError> {
+    monitor.begin(Stage::View);
+    let view = ViewScene::new(&scene, camera)?;
+    drop(scene);
+    let (prepared, isos, runs, stats) = match options.visibility {
+        Method::Rays => {
+            let prepared = Prepared::seen_as(view, options, styles, Kept::NoIsos, monitor)?;
+            let isos = iso_lines(&prepared.view, &prepared.styles);
+            let (runs, stats) = runs_one_by_one(&prepared, &isos, monitor)?;
+            (prepared, isos, runs, stats)
+        }
+        Method::Propagate => {
+            let mut prepared = Prepared::seen_as(view, options, styles, Kept::Curves, monitor)?;
+            let split = prepared.picture().split(prepared.curve_arcs(), monitor)?;
+            prepared.arcs = Arcs::default();
+            let seen = |_: &Subject<'_>, sightings, counts| (sightings, prepared.with(counts));
+            let (mut sightings, stats): (Vec<Sighting>, Stats) = prepared.picture().seen(split, monitor, seen)?;
+            sightings.retain(|s| s.qi <= options.deepest);
+            let runs = stroke::runs(&sightings);
+            (prepared, Vec::new(), runs, stats)
+        }
+    };
+    let Prepared { view, forms, curves, stitching, chains, arcs, .. } = prepared;
+    drop((stitching, chains, arcs));
+    monitor.begin(Stage::Stroke);
+    let mut drawing = Drawing { g: Geometry { view: &view, forms: &forms }, curves: &curves, isos: &isos, last: None };
+    let mut outlines = Vec::with_capacity(runs.len());
+    for run in &runs {
+        if monitor.stops() {
+            return Err(Stopped.into());
+        }
+        let outline = stroke::outline(drawing.points(run, tolerance));
+        outlines.push(stroke::stroke(drawing.curve(run.curve), run, outline));
+    }
+    let gap = 2.0 * STITCH * view.size();
+    let mut stopped = false;
+    stroke::chain_each(&outlines, gap, gap, &mut |k| drawing.points(&runs[k], tolerance), &mut |s| {
+        draw(s);
+        stopped = monitor.stops();
+        !stopped
+    });
+    if stopped { Err(Stopped.into()) } else { Ok(stats) }
+}
+
+/// What is drawn of each curve, in the order in which [`Prepared`] has them. Isocurves are counted from the number of the others on.
+fn runs_one_by_one(
+    prepared: &Prepared,
+    isos: &[IsoLine],
+    monitor: &dyn Monitor,
+) -> Result<(Vec<Sighting>, Stats), Stopped> {
+    let stops = || monitor.stops();
+    let stop = Stop::when(&stops);
+    monitor.begin(Stage::Arrange);
+    let (g, stitching, curves) = (prepared.geometry(), &prepared.stitching, &prepared.curves);
+    let picture = prepared.picture();
+    let (patches, clusters) = (picture.covering_patches(), picture.clusters(stop));
+    let later = isos.iter().take_while(|_| !stop.is_wanted()).flat_map(|line| line.parts(&g));
+    let arcs = prepared.curve_arcs();
+    let mut splitter = OneByOne::new(arcs, later, &patches, stitching, &clusters, tolerance(&prepared.view));
+    stop.check()?;
+    monitor.begin(Stage::Visibility);
+    let occluders = picture.occluders(stop);
+    stop.check()?;
+    let cracks = Cracks::new(&prepared.view, stitching, occluders.resolution());
+    let around = Surroundings { geometry: g, stitching, occluders: &occluders, cracks: &cracks };
+    let options = picture.classifying();
+    let (mut scratch, mut runs) = (RayScratch::new(), Vec::new());
+    let (mut arrange, mut visibility) = (ArrangeStats::default(), VisibilityStats::default());
+    let mut look = |curve: &SurfaceCurve, number: usize, split: SplitCurve| {
+        arrange.add(split.stats);
+        let mut seen = classify_one(around, &options, curve, &split, &mut scratch, &mut visibility);
+        seen.retain(|s| s.qi <= prepared.options.deepest);
+        seen.iter_mut().for_each(|s| s.curve = number);
+        runs.extend(stroke::runs(&seen));
+    };
+    let (before, sections) = curves.split_at(prepared.before_sections);
+    for (k, curve) in before.iter().enumerate() {
+        stop.check()?;
+        look(curve, k, splitter.split(k));
+    }
+    for (k, line) in isos.iter().enumerate() {
+        for part in line.parts(&g) {
+            stop.check()?;
+            look(&part, curves.len() + k, splitter.split_later(&part));
+        }
+    }
+    for (k, curve) in (before.len()..).zip(sections) {
+        stop.check()?;
+        look(curve, k, splitter.split(k));
+    }
+    runs.shrink_to_fit();
+    Ok((runs, prepared.with((arrange, visibility))))
+}
+
+/// Curves that are being drawn.
+struct Drawing<'a> {
+    g: Geometry<'a>,
+    curves: &'a [SurfaceCurve],
+    isos: &'a [IsoLine],
+    /// The isocurve that was drawn last, with its number.
+    last: Option<(usize, SurfaceCurve)>,
+}
+
+impl Drawing<'_> {
+    /// The curve with this number: one that is kept, or an isocurve, without regard to trims.
+    fn curve(&mut self, number: usize) -> &SurfaceCurve {
+        let Some(iso) = number.checked_sub(self.curves.len()) else { return &self.curves[number] };
+        if self.last.as_ref().is_none_or(|(k, _)| *k != iso) {
+            self.last = None;
+        }
+        &self.last.get_or_insert_with(|| (iso, self.isos[iso].curve(&self.g))).1
+    }
+
+    /// The vertices of a run.
+    fn points(&mut self, run: &Sighting, tolerance: f64) -> Vec<StrokePoint> {
+        let g = self.g;
+        stroke::polyline(&g, self.curve(run.curve), run.t, tolerance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use alloc::vec;
+    use glam::DVec3;
+
+    use super::*;
+    use crate::extract::{CurveSet, Style};
+    use crate::scene::SceneSurface;
+    use crate::shape::{Frame, plane, polyline, sphere, torus};
+    use crate::trim::{TrimCurve, Trims};
+
+    /// A ring, and a ball that sticks into a plate with a hole behind it.
+    fn scene() -> Scene {
+        let ring = torus(&Frame::WORLD, 3.0, 1.0).unwrap();
+        let ball = sphere(&Frame::at(DVec3::new(2.0, 3.2, 1.0)).unwrap(), 0.9).unwrap();
+        let plate = plane(DVec3::new(-4.0, 3.0, -4.0), DVec3::X * 8.0, DVec3::Z * 8.0).unwrap();
+        let ends = |corners: &[[f64; 2]]| -> Vec<TrimCurve> {
+            let corners: Vec<DVec3> = corners.iter().map(|&[x, y]| DVec3::new(x, y, 0.0)).collect();
+            corners.windows(2).map(|w| TrimCurve { curve: polyline(w).unwrap(), edge: None }).collect()
+        };
+        let rim = ends(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]);
+        let hole = ends(&[[0.1, 0.3], [0.4, 0.9], [0.7, 0.75], [0.1, 0.3]]);
+        let trims = Some(Trims::oriented(&plate, [false; 2], &[rim, hole]).unwrap());
+        let plate = SceneSurface { trims, ..SceneSurface::new("plate", plate) };
+        let surfaces = vec![SceneSurface::new("ring", ring), SceneSurface::new("ball", ball), plate];
+        Scene { name: "still life".into(), surfaces }
+    }
+
+    #[test]
+    fn strokes_and_counts_are_those_of_curves_that_are_all_kept_to_the_bit() {
+        let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
+        let curves = CurveSet { section: true, smooth: true, ..CurveSet::default() };
+        let styles = || Styles::uniform(Style { curves, isos: 3 });
+        for (visibility, deepest, cells) in [
+            (Method::Rays, 0, 0),
+            (Method::Rays, 1, 64),
+            (Method::Rays, u32::MAX, usize::MAX),
+            // Isocurves end at smooth joins, which are drawn here.
+            (Method::Propagate, 0, 3),
+        ] {
+            let options = DrawOptions { visibility, deepest, cells, ..DrawOptions::default() };
+            let whole = Prepared::styled(&scene(), &camera, &options, styles(), &()).unwrap().trace(1e-3, &()).unwrap();
+            let mut one_by_one = Vec::new();
+            let draw = &mut |stroke| one_by_one.push(stroke);
+            let stats = trace_each(scene(), &camera, &options, styles(), 1e-3, &(), draw).unwrap();
+            assert_eq!(one_by_one, whole.strokes, "{visibility:?} {cells}");
+            assert_eq!(stats, whole.stats, "{visibility:?} {cells}");
+            // Isocurves of a trimmed plate in several parts, and sections, which come after them.
+            assert!(stats.arrange.curves > 20 && stats.arrange.piercings > 0 && one_by_one.len() > 20, "{stats:?}");
+        }
+    }
+
+    #[test]
+    fn it_ends_when_no_more_strokes_are_wanted() {
+        struct Enough(core::sync::atomic::AtomicBool);
+        impl Monitor for Enough {
+            fn stops(&self) -> bool {
+                self.0.load(core::sync::atomic::Ordering::Relaxed)
+            }
+        }
+        let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
+        let enough = Enough(false.into());
+        let mut drawn = 0;
+        let styles = Styles::uniform(Style { curves: CurveSet::default(), isos: 3 });
+        let result = trace_each(scene(), &camera, &DrawOptions::default(), styles, 1e-3, &enough, &mut |_| {
+            drawn += 1;
+            enough.0.store(drawn == 3, core::sync::atomic::Ordering::Relaxed);
+        });
+        assert_eq!((result, drawn), (Err(Stopped.into()), 3));
+    }
+}
