@@ -3,6 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 use core::iter;
+use core::ops::Range;
 
 use glam::DVec2;
 
@@ -21,9 +22,60 @@ struct Level {
     cell: DVec2,
     /// Cells in each direction.
     count: usize,
+    /// How many places in cells its boxes take.
+    places: usize,
     /// Where the boxes of each cell begin in `items`; nothing if there are none in any.
-    starts: Vec<u32>,
-    items: Vec<u32>,
+    starts: Numbers,
+    items: Numbers,
+}
+
+/// Numbers in half the room while all of them are small.
+enum Numbers {
+    Narrow(Vec<u16>),
+    Wide(Vec<u32>),
+}
+
+impl Numbers {
+    /// As many zeros, in room for numbers up to `most`.
+    fn zeros(count: usize, most: usize) -> Self {
+        if most <= usize::from(u16::MAX) { Self::Narrow(vec![0; count]) } else { Self::Wide(vec![0; count]) }
+    }
+
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::Narrow(all) => all.is_empty(),
+            Self::Wide(all) => all.is_empty(),
+        }
+    }
+
+    fn get(&self, k: usize) -> usize {
+        match self {
+            Self::Narrow(all) => usize::from(all[k]),
+            Self::Wide(all) => all[k] as usize,
+        }
+    }
+
+    /// Sets a number that there is room for.
+    fn set(&mut self, k: usize, number: usize) {
+        match self {
+            Self::Narrow(all) => all[k] = number as u16,
+            Self::Wide(all) => all[k] = number as u32,
+        }
+    }
+
+    /// Adds to a number, and returns what it was before.
+    fn add(&mut self, k: usize, more: usize) -> usize {
+        let before = self.get(k);
+        self.set(k, before + more);
+        before
+    }
+
+    fn copy(&self, range: Range<usize>, out: &mut Vec<u32>) {
+        match self {
+            Self::Narrow(all) => out.extend(all[range].iter().map(|&x| u32::from(x))),
+            Self::Wide(all) => out.extend_from_slice(&all[range]),
+        }
+    }
 }
 
 impl Grid {
@@ -40,14 +92,20 @@ impl Grid {
         let counts = iter::successors(Some(count), |&n| (n > 1).then_some(n / 2));
         let mut levels: Vec<Level> = counts.map(|n| Level::new(lo, extent, n)).collect();
         let last = levels.len() - 1;
-        let level = |(lo, hi)| levels.iter().position(|l| l.is_wide_enough(lo, hi)).unwrap_or(last);
-        let places: Vec<usize> = boxes.clone().map(level).collect();
-        for ((lo, hi), &k) in boxes.clone().zip(&places) {
-            levels[k].announce(lo, hi);
+        // There are a dozen levels at the most.
+        let mut of = Vec::with_capacity(total);
+        for (lo, hi) in boxes.clone() {
+            let k = levels.iter().position(|l| l.is_wide_enough(lo, hi)).unwrap_or(last);
+            levels[k].places += levels[k].cells(lo, hi).count();
+            of.push(k as u8);
         }
-        levels.iter_mut().for_each(Level::make_room);
-        for (i, ((lo, hi), &k)) in boxes.zip(&places).enumerate() {
-            levels[k].put(i as u32, lo, hi);
+        levels.iter_mut().for_each(|level| level.begin(total));
+        for ((lo, hi), &k) in boxes.clone().zip(&of) {
+            levels[usize::from(k)].announce(lo, hi);
+        }
+        levels.iter_mut().for_each(Level::sum_up);
+        for (i, ((lo, hi), &k)) in boxes.zip(&of).enumerate() {
+            levels[usize::from(k)].put(i, lo, hi);
         }
         levels.retain(|l| !l.items.is_empty());
         Self { levels }
@@ -58,7 +116,7 @@ impl Grid {
         out.clear();
         for level in &self.levels {
             for c in level.cells(lo, hi) {
-                out.extend_from_slice(&level.items[level.starts[c] as usize..level.starts[c + 1] as usize]);
+                level.items.copy(level.starts.get(c)..level.starts.get(c + 1), out);
             }
         }
         out.sort_unstable();
@@ -68,7 +126,8 @@ impl Grid {
 
 impl Level {
     fn new(origin: DVec2, extent: DVec2, count: usize) -> Self {
-        Self { origin, cell: extent / count as f64, count, starts: Vec::new(), items: Vec::new() }
+        let none = || Numbers::zeros(0, 0);
+        Self { origin, cell: extent / count as f64, count, places: 0, starts: none(), items: none() }
     }
 
     /// The first and the last column, and row, of cells that a box meets.
@@ -89,28 +148,33 @@ impl Level {
         self.corners(lo, hi).iter().all(|[first, last]| last.saturating_sub(*first) < WIDEST)
     }
 
+    /// Makes room, if there are boxes here, of `total` in all.
+    fn begin(&mut self, total: usize) {
+        if self.places > 0 {
+            self.starts = Numbers::zeros(self.count * self.count + 2, self.places);
+            self.items = Numbers::zeros(self.places, total);
+        }
+    }
+
     /// Counts a box that will be put here. Two places on, so that in the end the starts are where they belong.
     fn announce(&mut self, lo: DVec2, hi: DVec2) {
-        if self.starts.is_empty() {
-            self.starts = vec![0; self.count * self.count + 2];
-        }
         for c in self.cells(lo, hi) {
-            self.starts[c + 2] += 1;
+            self.starts.add(c + 2, 1);
         }
     }
 
-    fn make_room(&mut self) {
-        for c in 1..self.starts.len() {
-            self.starts[c] += self.starts[c - 1];
+    fn sum_up(&mut self) {
+        if self.places > 0 {
+            for c in 1..self.count * self.count + 2 {
+                self.starts.add(c, self.starts.get(c - 1));
+            }
         }
-        self.items = vec![0; self.starts.last().map_or(0, |&n| n as usize)];
     }
 
-    fn put(&mut self, box_: u32, lo: DVec2, hi: DVec2) {
+    fn put(&mut self, box_: usize, lo: DVec2, hi: DVec2) {
         for c in self.cells(lo, hi) {
-            let next = &mut self.starts[c + 1];
-            self.items[*next as usize] = box_;
-            *next += 1;
+            let next = self.starts.add(c + 1, 1);
+            self.items.set(next, box_);
         }
     }
 }
@@ -146,6 +210,19 @@ mod tests {
     }
 
     #[test]
+    fn boxes_are_found_whatever_their_number() {
+        for count in [20_000, 70_000] {
+            let at = |k: usize| DVec2::new((k % 300) as f64, (k / 300) as f64);
+            let grid = Grid::new((0..count).map(|k| (at(k), at(k) + DVec2::splat(0.25))));
+            let mut near = Vec::new();
+            for k in (0..count).step_by(997).chain([count - 1]) {
+                grid.near(at(k), at(k), &mut near);
+                assert!(near.binary_search(&(k as u32)).is_ok() && near.len() < 50, "{k} of {count}: {}", near.len());
+            }
+        }
+    }
+
+    #[test]
     fn long_boxes_take_no_more_room_than_small_ones() {
         let count = 5000;
         // From the middle to a ring, as the sides of a fan.
@@ -155,7 +232,7 @@ mod tests {
             (end.min(DVec2::ZERO), end.max(DVec2::ZERO))
         };
         let grid = Grid::new((0..count).map(spoke));
-        let room: usize = grid.levels.iter().map(|l| l.items.len() + l.starts.len()).sum();
+        let room: usize = grid.levels.iter().map(|l| l.places + l.count * l.count).sum();
         assert!(room <= 20 * count, "{room}");
     }
 }

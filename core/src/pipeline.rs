@@ -139,6 +139,9 @@ pub enum PictureError {
     /// The monitor stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+    /// A scene that is asked for twice was not the same the second time.
+    #[error("the scene changed while it was drawn; draw it again from the beginning")]
+    Changed,
 }
 
 /// Coincidence and crossings on the screen are resolved to this fraction of the scene's size: three nanometres on a

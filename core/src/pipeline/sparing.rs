@@ -19,61 +19,69 @@ use crate::view::{Camera, ViewScene};
 use crate::visibility::{Cracks, Method, RayScratch, Sighting, Subject, Surroundings, VisibilityStats, classify_one};
 
 /// The strokes of [`Prepared::styled`] and [`Prepared::trace`] one after the other, the same to the bit, for machines with little
-/// memory: no stroke is kept, nor anything that can be made again, and the scene only until its patches are. Takes about twice the
+/// memory: no stroke is kept, nor anything that can be made again. `scene` is asked for the scene twice, in the beginning and before strokes are
+/// made, and has to give the same one; in between only what is seen of it is in memory. Takes about twice the
 /// time: every arc and isocurve is made several times, and every stroke flattened twice.
 ///
+/// With [`Method::Rays`], places of doubt are not told, only counted.
+///
 /// # Errors
-/// If the scene is empty or reaches the eye plane, or the monitor stops it.
-pub fn trace_each(
-    scene: Scene,
+/// If the scene is empty or reaches the eye plane, or the monitor stops it, or `scene` fails.
+pub fn trace_each<E: From<PictureError>>(
+    scene: &mut dyn FnMut() -> Result<Scene, E>,
     camera: &Camera,
     options: &DrawOptions,
     styles: Styles,
     tolerance: f64,
     monitor: &dyn Monitor,
     draw: &mut dyn FnMut(Stroke),
-) -> Result<Stats, PictureError> {
+) -> Result<Stats, E> {
     monitor.begin(Stage::View);
-    let view = ViewScene::new(&scene, camera)?;
-    drop(scene);
+    let view = ViewScene::new(&scene()?, camera).map_err(PictureError::from)?;
+    let stopped = |stopped: Stopped| E::from(stopped.into());
     let (prepared, isos, runs, stats) = match options.visibility {
         Method::Rays => {
-            let prepared = Prepared::seen_as(view, options, styles, Kept::NoIsos, monitor)?;
+            let mut prepared = Prepared::seen_as(view, options, styles, Kept::NoIsos, monitor).map_err(stopped)?;
+            prepared.view.forget_model();
             let isos = iso_lines(&prepared.view, &prepared.styles);
-            let (runs, stats) = runs_one_by_one(&prepared, &isos, monitor)?;
+            let (runs, stats) = runs_one_by_one(&prepared, &isos, monitor).map_err(stopped)?;
             (prepared, isos, runs, stats)
         }
         Method::Propagate => {
-            let mut prepared = Prepared::seen_as(view, options, styles, Kept::Curves, monitor)?;
-            let split = prepared.picture().split(prepared.curve_arcs(), monitor)?;
+            let mut prepared = Prepared::seen_as(view, options, styles, Kept::Curves, monitor).map_err(stopped)?;
+            let split = prepared.picture().split(prepared.curve_arcs(), monitor).map_err(stopped)?;
             prepared.arcs = Arcs::default();
             let seen = |_: &Subject<'_>, sightings, counts| (sightings, prepared.with(counts));
-            let (mut sightings, stats): (Vec<Sighting>, Stats) = prepared.picture().seen(split, monitor, seen)?;
+            let seen = prepared.picture().seen(split, monitor, seen);
+            let (mut sightings, stats): (Vec<Sighting>, Stats) = seen.map_err(stopped)?;
             sightings.retain(|s| s.qi <= options.deepest);
             let runs = stroke::runs(&sightings);
             (prepared, Vec::new(), runs, stats)
         }
     };
-    let Prepared { view, forms, curves, stitching, chains, arcs, .. } = prepared;
+    let Prepared { mut view, forms, curves, stitching, chains, arcs, .. } = prepared;
     drop((stitching, chains, arcs));
     monitor.begin(Stage::Stroke);
+    if options.visibility == Method::Rays && !view.recall_model(&scene()?) {
+        return Err(PictureError::Changed.into());
+    }
     let mut drawing = Drawing { g: Geometry { view: &view, forms: &forms }, curves: &curves, isos: &isos, last: None };
     let mut outlines = Vec::with_capacity(runs.len());
     for run in &runs {
         if monitor.stops() {
-            return Err(Stopped.into());
+            return Err(stopped(Stopped));
         }
         let outline = stroke::outline(drawing.points(run, tolerance));
         outlines.push(stroke::stroke(drawing.curve(run.curve), run, outline));
     }
     let gap = 2.0 * STITCH * view.size();
-    let mut stopped = false;
+    let mut ended = false;
     stroke::chain_each(&outlines, gap, gap, &mut |k| drawing.points(&runs[k], tolerance), &mut |s| {
         draw(s);
-        stopped = monitor.stops();
-        !stopped
+        ended = monitor.stops();
+        !ended
     });
-    if stopped { Err(Stopped.into()) } else { Ok(stats) }
+    if ended { Err(stopped(Stopped)) } else { Ok(stats) }
 }
 
 /// What is drawn of each curve, in the order in which [`Prepared`] has them. Isocurves are counted from the number of the others on.
@@ -180,6 +188,37 @@ mod tests {
         Scene { name: "still life".into(), surfaces }
     }
 
+    fn strokes(
+        camera: &Camera,
+        options: &DrawOptions,
+        styles: Styles,
+        tolerance: f64,
+        monitor: &dyn Monitor,
+        draw: &mut dyn FnMut(Stroke),
+    ) -> Result<Stats, PictureError> {
+        trace_each(&mut || Ok(scene()), camera, options, styles, tolerance, monitor, draw)
+    }
+
+    #[test]
+    fn a_scene_that_is_another_one_the_second_time_is_refused() {
+        let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
+        for left_out in 0..3 {
+            let mut first = Some(scene());
+            let mut give = || {
+                Ok(first.take().unwrap_or_else(|| {
+                    let mut other = scene();
+                    other.surfaces.remove(left_out);
+                    other
+                }))
+            };
+            let styles = Styles::uniform(Style { curves: CurveSet::NONE, isos: 0 });
+            let options = DrawOptions { cells: 0, ..DrawOptions::default() };
+            let draw = &mut |_| panic!("nothing is drawn");
+            let result = trace_each(&mut give, &camera, &options, styles, 1e-3, &(), draw);
+            assert_eq!(result, Err(PictureError::Changed));
+        }
+    }
+
     #[test]
     fn strokes_and_counts_are_those_of_curves_that_are_all_kept_to_the_bit() {
         let camera = Camera::orthographic(DVec3::new(0.3, -0.8, 0.4), DVec3::Z).unwrap();
@@ -196,9 +235,15 @@ mod tests {
             let whole = Prepared::styled(&scene(), &camera, &options, styles(), &()).unwrap().trace(1e-3, &()).unwrap();
             let mut one_by_one = Vec::new();
             let draw = &mut |stroke| one_by_one.push(stroke);
-            let stats = trace_each(scene(), &camera, &options, styles(), 1e-3, &(), draw).unwrap();
+            let stats = strokes(&camera, &options, styles(), 1e-3, &(), draw).unwrap();
             assert_eq!(one_by_one, whole.strokes, "{visibility:?} {cells}");
-            assert_eq!(stats, whole.stats, "{visibility:?} {cells}");
+            let mut expected = whole.stats;
+            if visibility == Method::Rays {
+                assert!(stats.visibility.decided[1] > 0);
+                expected.visibility.tolerated.clear();
+                expected.visibility.undecided.clear();
+            }
+            assert_eq!(stats, expected, "{visibility:?} {cells}");
             // Isocurves of a trimmed plate in several parts, and sections, which come after them.
             assert!(stats.arrange.curves > 20 && stats.arrange.piercings > 0 && one_by_one.len() > 20, "{stats:?}");
         }
@@ -216,7 +261,7 @@ mod tests {
         let enough = Enough(false.into());
         let mut drawn = 0;
         let styles = Styles::uniform(Style { curves: CurveSet::default(), isos: 3 });
-        let result = trace_each(scene(), &camera, &DrawOptions::default(), styles, 1e-3, &enough, &mut |_| {
+        let result = strokes(&camera, &DrawOptions::default(), styles, 1e-3, &enough, &mut |_| {
             drawn += 1;
             enough.0.store(drawn == 3, core::sync::atomic::Ordering::Relaxed);
         });

@@ -136,6 +136,24 @@ impl ViewScene {
         Ok(Self { camera: *camera, patches, model, surfaces, trims, borders, facets, lo, hi })
     }
 
+    /// Gives the patches in model space back, which nothing may ask for until [`recall_model`](Self::recall_model).
+    pub(crate) fn forget_model(&mut self) {
+        self.model = Vec::new();
+    }
+
+    /// Makes the patches in model space again, of the scene that they were of, the same to the bit. False if it is another one.
+    pub(crate) fn recall_model(&mut self, scene: &Scene) -> bool {
+        self.model.reserve_exact(self.patches.len());
+        for (index, s) in scene.surfaces.iter().enumerate() {
+            self.model.extend(with_even_weights(&s.surface).bezier_patches(index));
+        }
+        let alike = |(p, m): (&Patch, &Patch)| {
+            let parts = |x: &Patch| (x.surface, x.degree_u, x.degree_v, x.points.len());
+            parts(p) == parts(m) && p.u == m.u && p.v == m.v
+        };
+        self.model.len() == self.patches.len() && self.patches.iter().zip(&self.model).all(alike)
+    }
+
     /// The camera.
     #[must_use]
     pub fn camera(&self) -> &Camera {

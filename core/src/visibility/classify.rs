@@ -232,7 +232,7 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
 }
 
 /// Decides the visibility of the pieces of one curve by rays, as [`classify`] does that of all curves: those that have to be inked,
-/// in their order. What is counted is added to `stats`.
+/// in their order. What is counted is added to `stats`, without the places of doubt, which take the model and memory.
 #[must_use]
 pub fn classify_one(
     around: Surroundings<'_>,
@@ -244,7 +244,7 @@ pub fn classify_one(
 ) -> Vec<Sighting> {
     let mut seen = Vec::new();
     for piece in pieces.iter().filter(|piece| curve.inked && piece.covered_by.is_none()) {
-        let mut watch = Watch::new(around, options, (curve, lengths), piece, scratch);
+        let mut watch = Watch { places: false, ..Watch::new(around, options, (curve, lengths), piece, scratch) };
         seen.extend(watch.piece());
         stats.add(watch.stats);
     }
@@ -302,6 +302,8 @@ pub(super) struct Watch<'a> {
     curve: &'a SurfaceCurve,
     table: &'a LengthTable,
     scratch: &'a mut RayScratch,
+    /// Whether places of doubt are told.
+    places: bool,
     pub(super) stats: VisibilityStats,
 }
 
@@ -329,7 +331,7 @@ impl<'a> Watch<'a> {
         piece: &'a Piece,
         scratch: &'a mut RayScratch,
     ) -> Self {
-        Self { around, options, piece, curve, table, scratch, stats: VisibilityStats::default() }
+        Self { around, options, piece, curve, table, scratch, places: true, stats: VisibilityStats::default() }
     }
 
     /// The answer of one ray to the piece, if there is a clear one.
@@ -359,8 +361,11 @@ impl<'a> Watch<'a> {
         let mut out = Vec::new();
         let mut start = a;
         let mut changes = 0;
-        let (curve, geometry) = (self.curve, self.around.geometry);
-        let doubt = |t: f64, why: &'static str| Doubt { at: curve.model_point(&geometry, t), why };
+        let (curve, geometry, places) = (self.curve, self.around.geometry, self.places);
+        let doubt = |t: f64, why: &'static str| {
+            let doubt = || Doubt { at: curve.model_point(&geometry, t), why };
+            places.then(doubt)
+        };
         for w in samples.windows(2) {
             if self.key(w[0].qi) != self.key(w[1].qi) {
                 let t = self.locate_change(w[0], w[1]);
@@ -375,21 +380,18 @@ impl<'a> Watch<'a> {
             out.push(self.sighting([start, b], last.qi, Certainty::Tolerance));
             if clear {
                 let why = "rays differ along a piece; the change between them was located";
-                let places: Vec<Doubt> = out.iter().map(|s| doubt(0.5 * (s.t[0] + s.t[1]), why)).collect();
-                self.stats.tolerated.extend(places);
+                self.stats.tolerated.extend(out.iter().filter_map(|s| doubt(0.5 * (s.t[0] + s.t[1]), why)));
             } else {
                 for s in &mut out {
                     s.certainty = Certainty::Undecided;
                 }
-                let doubt = doubt(last.t, "every sight line meets a fold or a border");
-                self.stats.undecided.push(doubt);
+                self.stats.undecided.extend(doubt(last.t, "every sight line meets a fold or a border"));
             }
         } else {
             if certainty == Certainty::Tolerance {
                 let why =
                     if clear { "a surface passes through the curve" } else { "sight lines meet a fold or a border" };
-                let doubt = doubt(last.t, why);
-                self.stats.tolerated.push(doubt);
+                self.stats.tolerated.extend(doubt(last.t, why));
             }
             out.push(self.sighting([start, b], last.qi, certainty));
         }

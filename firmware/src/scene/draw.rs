@@ -85,7 +85,7 @@ pub fn draw(
     let mut drawn = 0;
     let until = Until { monitor, wanted: AtomicBool::new(true) };
     loop {
-        // The scene is in memory only until its patches are.
+        // The scene is in memory only while its patches are made.
         let StoredScene { scene, sight, looks, options, tolerance, program } = StoredScene::unpack(bytes)?;
         let pens = || looks.iter().flat_map(|look| [Some(look.pen), look.hidden]).flatten();
         let mut writer = Writer { program: &program, until: &until, line };
@@ -105,7 +105,12 @@ pub fn draw(
         let camera = sight.camera().map_err(SceneError::from)?;
         let options = DrawOptions { cells, ..options };
         let is_last = pens().max() == Some(pen);
-        trace_each(scene, &camera, &options, styles, tolerance, &until, &mut |stroke| {
+        let mut scene = Some(scene);
+        let mut unpacked = || match scene.take() {
+            Some(scene) => Ok(scene),
+            None => Ok(StoredScene::unpack(bytes)?.scene),
+        };
+        trace_each::<DrawError>(&mut unpacked, &camera, &options, styles, tolerance, &until, &mut |stroke| {
             let look = looks.get(stroke.style);
             if look.and_then(|look| if stroke.qi == 0 { Some(look.pen) } else { look.hidden }) == Some(pen) {
                 figures.add(&stroke);
