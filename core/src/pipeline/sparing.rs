@@ -239,7 +239,6 @@ mod tests {
             assert_eq!(one_by_one, whole.strokes, "{visibility:?} {cells}");
             let mut expected = whole.stats;
             if visibility == Method::Rays {
-                assert!(stats.visibility.decided[1] > 0);
                 expected.visibility.tolerated.clear();
                 expected.visibility.undecided.clear();
             }
