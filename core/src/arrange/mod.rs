@@ -29,7 +29,7 @@ use crate::stop::Stop;
 use crate::view::Patch;
 pub use arcs::{Arcs, CurveArcs};
 pub use cluster::{Clusters, clusters};
-pub use one_by_one::{OneByOne, SplitCurve};
+pub use one_by_one::{OneByOne, lengths};
 
 use arc::{Arc, Control};
 use division::Recent;

@@ -6,21 +6,11 @@ use super::arcs::OneCurve;
 use super::division::Recent;
 use super::pierce::Boxes;
 use super::splitter::Splitter;
-use super::{ArrangeStats, Clusters, CurveArcs, LengthTable, Piece, Tolerance};
-use crate::extract::SurfaceCurve;
+use super::{Arcs, ArrangeStats, Clusters, CurveArcs, LengthTable, Piece, Tolerance};
+use crate::extract::{Geometry, SurfaceCurve};
 use crate::stitch::Stitching;
+use crate::stop::Stop;
 use crate::view::Patch;
-
-/// One curve, split.
-#[derive(Clone, Debug)]
-pub struct SplitCurve {
-    /// Its pieces in the order of the parameter; none if it is shorter than the resolution.
-    pub pieces: Vec<Piece>,
-    /// Length along it.
-    pub lengths: LengthTable,
-    /// Counts of this curve.
-    pub stats: ArrangeStats,
-}
 
 /// Splits curves one after the other, as [`arrange`](super::arrange) does all of them.
 pub struct OneByOne<'a> {
@@ -54,22 +44,30 @@ impl<'a> OneByOne<'a> {
         Self { arcs, splitter, recent: Recent::default() }
     }
 
-    /// Splits the curve with this index.
-    pub fn split(&mut self, index: usize) -> SplitCurve {
+    /// The pieces of the curve with this index, with counts.
+    pub fn split(&mut self, index: usize) -> (Vec<Piece>, ArrangeStats) {
         Self::split_one(&self.splitter, &mut self.recent, self.arcs.one(index))
     }
 
-    /// Splits one of the later curves. In its pieces it has the index after those of all that are kept.
-    pub fn split_later(&mut self, curve: &SurfaceCurve) -> SplitCurve {
+    /// The pieces of one of the later curves, with counts. In them it has the index after those of all that are kept.
+    pub fn split_later(&mut self, curve: &SurfaceCurve) -> (Vec<Piece>, ArrangeStats) {
         let kept = self.arcs.cover_later(curve);
         // Shorter than those that are kept live.
         let arcs: CurveArcs<'_> = self.arcs;
         Self::split_one(&self.splitter, &mut self.recent, arcs.later(curve, &kept))
     }
 
-    fn split_one(splitter: &Splitter<'_>, recent: &mut Recent, curve: OneCurve<'_>) -> SplitCurve {
+    fn split_one(splitter: &Splitter<'_>, recent: &mut Recent, curve: OneCurve<'_>) -> (Vec<Piece>, ArrangeStats) {
         let lengths = curve.length_table(splitter.tolerance().resolution);
-        let (pieces, stats) = splitter.split(curve, &lengths, recent);
-        SplitCurve { pieces, lengths, stats }
+        splitter.split(curve, &lengths, recent)
     }
+}
+
+/// Length along a curve, as [`arrange`](super::arrange) tells it: made again, of arcs within `fit` as [`Arcs::new`] makes them, which are not kept.
+#[must_use]
+pub fn lengths(curve: &SurfaceCurve, geometry: Geometry<'_>, fit: f64, resolution: f64) -> LengthTable {
+    let none = Arcs::new(&[], &geometry, fit, true, Stop::NEVER);
+    let arcs = none.with(&[], geometry);
+    let kept = arcs.cover_later(curve);
+    arcs.later(curve, &kept).length_table(resolution)
 }

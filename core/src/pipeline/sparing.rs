@@ -1,15 +1,15 @@
 //! From a scene to strokes with little memory: what can be made again is not kept.
 //!
-//! Rays decide each piece of a curve by itself. So curves are split, seen and forgotten one after the other; what is kept of each are
-//! the intervals that are drawn. Isocurves, which are most of the curves and change no other's visibility, are there one at a time
+//! Rays decide each piece of a curve by itself. So curves are split and forgotten one after the other, and then looked at so; what is kept of each are
+//! the intervals that may be drawn. Isocurves, which are most of the curves and change no other's visibility, are there one at a time
 //! only, and are made again when they are drawn. Where visibility goes from piece to piece
 //! ([`Method::Propagate`]), all pieces are needed at once, and the curves with them.
 
 use alloc::vec::Vec;
 
 use super::picture::tolerance;
-use super::{DrawOptions, Kept, Monitor, PictureError, Prepared, Stage, Stats};
-use crate::arrange::{Arcs, ArrangeStats, OneByOne, SplitCurve};
+use super::{DrawOptions, FIT, Kept, Monitor, PictureError, Prepared, Stage, Stats};
+use crate::arrange::{Arcs, ArrangeStats, OneByOne, Piece, lengths};
 use crate::extract::{Geometry, IsoLine, Styles, SurfaceCurve, iso_lines};
 use crate::scene::Scene;
 use crate::stitch::STITCH;
@@ -44,7 +44,7 @@ pub fn trace_each<E: From<PictureError>>(
             let mut prepared = Prepared::seen_as(view, options, styles, Kept::NoIsos, monitor).map_err(stopped)?;
             prepared.view.forget_model();
             let isos = iso_lines(&prepared.view, &prepared.styles);
-            let (runs, stats) = runs_one_by_one(&prepared, &isos, monitor).map_err(stopped)?;
+            let (runs, stats) = runs_one_by_one(&mut prepared, &isos, monitor).map_err(stopped)?;
             (prepared, isos, runs, stats)
         }
         Method::Propagate => {
@@ -84,54 +84,113 @@ pub fn trace_each<E: From<PictureError>>(
     if ended { Err(stopped(Stopped)) } else { Ok(stats) }
 }
 
-/// What is drawn of each curve, in the order in which [`Prepared`] has them. Isocurves are counted from the number of the others on.
-fn runs_one_by_one(
+/// What has to be decided, curve by curve.
+#[derive(Default)]
+struct Pieces {
+    /// The intervals of all curves.
+    t: Vec<[f64; 2]>,
+    /// How many each curve has.
+    counts: Vec<u32>,
+}
+
+impl Pieces {
+    /// Adds a curve: of its pieces those that are inked, and not drawn by another curve.
+    fn push(&mut self, curve: &SurfaceCurve, pieces: &[Piece]) {
+        let before = self.t.len();
+        let wanted = pieces.iter().filter(|piece| curve.inked && piece.covered_by.is_none());
+        self.t.extend(wanted.map(|piece| piece.t));
+        // Memory ends long before the numbers do.
+        self.counts.push((self.t.len() - before) as u32);
+    }
+
+    /// The intervals of each curve.
+    fn by_curve(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        let mut rest = &self.t[..];
+        self.counts.iter().map(move |&count| {
+            let (own, others) = rest.split_at(count as usize);
+            rest = others;
+            own
+        })
+    }
+}
+
+/// Hands out every curve with its number, in the order in which [`Prepared`] has them. Isocurves have the numbers from that of all others on.
+fn each_curve(
     prepared: &Prepared,
+    isos: &[IsoLine],
+    look: &mut dyn FnMut(usize, &SurfaceCurve) -> Result<(), Stopped>,
+) -> Result<(), Stopped> {
+    let (g, curves) = (prepared.geometry(), &prepared.curves);
+    let (before, sections) = curves.split_at(prepared.before_sections);
+    for (k, curve) in before.iter().enumerate() {
+        look(k, curve)?;
+    }
+    for (k, line) in isos.iter().enumerate() {
+        for part in line.parts(&g) {
+            look(curves.len() + k, &part)?;
+        }
+    }
+    for (k, curve) in (before.len()..).zip(sections) {
+        look(k, curve)?;
+    }
+    Ok(())
+}
+
+/// What is drawn of each curve, by its number: first all curves are split, one after the other, and then what splits them is given back and the
+/// pieces are looked at.
+fn runs_one_by_one(
+    prepared: &mut Prepared,
     isos: &[IsoLine],
     monitor: &dyn Monitor,
 ) -> Result<(Vec<Sighting>, Stats), Stopped> {
     let stops = || monitor.stops();
     let stop = Stop::when(&stops);
     monitor.begin(Stage::Arrange);
-    let (g, stitching, curves) = (prepared.geometry(), &prepared.stitching, &prepared.curves);
-    let picture = prepared.picture();
-    let (patches, clusters) = (picture.covering_patches(), picture.clusters(stop));
-    let later = isos.iter().take_while(|_| !stop.is_wanted()).flat_map(|line| line.parts(&g));
-    let arcs = prepared.curve_arcs();
-    let mut splitter = OneByOne::new(arcs, later, &patches, stitching, &clusters, tolerance(&prepared.view));
-    stop.check()?;
+    let (pieces, arrange) = split_one_by_one(prepared, isos, stop)?;
+    prepared.arcs = Arcs::default();
     monitor.begin(Stage::Visibility);
+    let (picture, g) = (prepared.picture(), prepared.geometry());
     let occluders = picture.occluders(stop);
     stop.check()?;
-    let cracks = Cracks::new(&prepared.view, stitching, occluders.resolution());
-    let around = Surroundings { geometry: g, stitching, occluders: &occluders, cracks: &cracks };
+    let cracks = Cracks::new(&prepared.view, &prepared.stitching, occluders.resolution());
+    let around = Surroundings { geometry: g, stitching: &prepared.stitching, occluders: &occluders, cracks: &cracks };
     let options = picture.classifying();
-    let (mut scratch, mut runs) = (RayScratch::new(), Vec::new());
-    let (mut arrange, mut visibility) = (ArrangeStats::default(), VisibilityStats::default());
-    let mut look = |curve: &SurfaceCurve, number: usize, split: SplitCurve| {
-        arrange.add(split.stats);
-        let mut seen = classify_one(around, &options, curve, &split, &mut scratch, &mut visibility);
-        seen.retain(|s| s.qi <= prepared.options.deepest);
-        seen.iter_mut().for_each(|s| s.curve = number);
-        runs.extend(stroke::runs(&seen));
-    };
-    let (before, sections) = curves.split_at(prepared.before_sections);
-    for (k, curve) in before.iter().enumerate() {
+    let (mut scratch, mut runs, mut visibility) = (RayScratch::new(), Vec::new(), VisibilityStats::default());
+    let (fit, resolution) = (FIT * prepared.view.size(), tolerance(&prepared.view).resolution);
+    let mut pieces = pieces.by_curve();
+    each_curve(prepared, isos, &mut |number, curve| {
         stop.check()?;
-        look(curve, k, splitter.split(k));
-    }
-    for (k, line) in isos.iter().enumerate() {
-        for part in line.parts(&g) {
-            stop.check()?;
-            look(&part, curves.len() + k, splitter.split_later(&part));
+        let own = pieces.next().unwrap_or_default();
+        if !own.is_empty() {
+            let lengths = lengths(curve, g, fit, resolution);
+            let of = (number, curve, &lengths);
+            let mut seen = classify_one(around, &options, of, own, &mut scratch, &mut visibility);
+            seen.retain(|s| s.qi <= prepared.options.deepest);
+            runs.extend(stroke::runs(&seen));
         }
-    }
-    for (k, curve) in (before.len()..).zip(sections) {
-        stop.check()?;
-        look(curve, k, splitter.split(k));
-    }
+        Ok(())
+    })?;
     runs.shrink_to_fit();
     Ok((runs, prepared.with((arrange, visibility))))
+}
+
+/// The pieces of all curves.
+fn split_one_by_one(prepared: &Prepared, isos: &[IsoLine], stop: Stop<'_>) -> Result<(Pieces, ArrangeStats), Stopped> {
+    let (picture, g) = (prepared.picture(), prepared.geometry());
+    let (patches, clusters) = (picture.covering_patches(), picture.clusters(stop));
+    let later = isos.iter().take_while(|_| !stop.is_wanted()).flat_map(|line| line.parts(&g));
+    let (arcs, tolerance) = (prepared.curve_arcs(), tolerance(&prepared.view));
+    let mut splitter = OneByOne::new(arcs, later, &patches, &prepared.stitching, &clusters, tolerance);
+    let (mut all, mut stats) = (Pieces::default(), ArrangeStats::default());
+    each_curve(prepared, isos, &mut |number, curve| {
+        stop.check()?;
+        let is_kept = number < prepared.curves.len();
+        let (pieces, counted) = if is_kept { splitter.split(number) } else { splitter.split_later(curve) };
+        stats.add(counted);
+        all.push(curve, &pieces);
+        Ok(())
+    })?;
+    Ok((all, stats))
 }
 
 /// Curves that are being drawn.

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::propagate::propagate;
 use super::{Certainty, Cracks, Exclusion, Occluders, RayScratch};
-use crate::arrange::{Arrangement, CurveArcs, LengthTable, Piece, SplitCurve};
+use crate::arrange::{Arrangement, CurveArcs, LengthTable, Piece};
 use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, Path, SurfaceCurve};
 use crate::stitch::Stitching;
@@ -231,20 +231,21 @@ pub fn classify(subject: &Subject<'_>, options: &ClassifyOptions) -> (Vec<Sighti
     (all, stats)
 }
 
-/// Decides the visibility of the pieces of one curve by rays, as [`classify`] does that of all curves: those that have to be inked,
-/// in their order. What is counted is added to `stats`, without the places of doubt, which take the model and memory.
+/// Decides the visibility of pieces of one curve by rays, as [`classify`] does that of all curves: those over the intervals `pieces`, in their order. The curve has the
+/// index `index` in what is told. What is counted is added to `stats`, without the places of doubt, which take the model and memory.
 #[must_use]
 pub fn classify_one(
     around: Surroundings<'_>,
     options: &ClassifyOptions,
-    curve: &SurfaceCurve,
-    SplitCurve { pieces, lengths, .. }: &SplitCurve,
+    (index, curve, lengths): (usize, &SurfaceCurve, &LengthTable),
+    pieces: &[[f64; 2]],
     scratch: &mut RayScratch,
     stats: &mut VisibilityStats,
 ) -> Vec<Sighting> {
     let mut seen = Vec::new();
-    for piece in pieces.iter().filter(|piece| curve.inked && piece.covered_by.is_none()) {
-        let mut watch = Watch { places: false, ..Watch::new(around, options, (curve, lengths), piece, scratch) };
+    for &t in pieces {
+        let of = OnePiece { index, curve, t, table: lengths };
+        let mut watch = Watch { places: false, ..Watch::new(around, options, of, scratch) };
         seen.extend(watch.piece());
         stats.add(watch.stats);
     }
@@ -295,11 +296,21 @@ struct Sample {
     contact: bool,
 }
 
+/// A piece of a curve along which lengths are known.
+struct OnePiece<'a> {
+    index: usize,
+    curve: &'a SurfaceCurve,
+    t: [f64; 2],
+    table: &'a LengthTable,
+}
+
 pub(super) struct Watch<'a> {
     around: Surroundings<'a>,
     options: &'a ClassifyOptions,
-    piece: &'a Piece,
+    /// Index of the curve in what is told.
+    index: usize,
     curve: &'a SurfaceCurve,
+    t: [f64; 2],
     table: &'a LengthTable,
     scratch: &'a mut RayScratch,
     /// Whether places of doubt are told.
@@ -318,31 +329,29 @@ impl<'a> Watch<'a> {
         piece: usize,
         scratch: &'a mut RayScratch,
     ) -> Self {
-        let piece = &subject.arrangement.pieces[piece];
-        let (curve, table) = (&subject.curves[piece.curve], &subject.arrangement.lengths[piece.curve]);
-        Self::new(subject.surroundings(), options, (curve, table), piece, scratch)
+        let Piece { curve: index, t, .. } = subject.arrangement.pieces[piece];
+        let (curve, table) = (&subject.curves[index], &subject.arrangement.lengths[index]);
+        Self::new(subject.surroundings(), options, OnePiece { index, curve, t, table }, scratch)
     }
 
-    /// A piece of a curve along which lengths are known.
     fn new(
         around: Surroundings<'a>,
         options: &'a ClassifyOptions,
-        (curve, table): (&'a SurfaceCurve, &'a LengthTable),
-        piece: &'a Piece,
+        OnePiece { index, curve, t, table }: OnePiece<'a>,
         scratch: &'a mut RayScratch,
     ) -> Self {
-        Self { around, options, piece, curve, table, scratch, places: true, stats: VisibilityStats::default() }
+        Self { around, options, index, curve, t, table, scratch, places: true, stats: VisibilityStats::default() }
     }
 
     /// The answer of one ray to the piece, if there is a clear one.
     pub(super) fn once(&mut self) -> Option<u32> {
-        let [a, b] = self.piece.t;
+        let [a, b] = self.t;
         let sample = self.clear_sample(self.table.length_at(a), self.table.length_at(b), 0, 1);
         sample.clear.then_some(sample.qi)
     }
 
     fn piece(&mut self) -> Vec<Sighting> {
-        let [a, b] = self.piece.t;
+        let [a, b] = self.t;
         let (la, lb) = (self.table.length_at(a), self.table.length_at(b));
         let count = (libm::ceil((lb - la) / self.options.spacing) as usize).clamp(1, MOST_SAMPLES);
         let mut samples = Vec::with_capacity(count);
@@ -399,7 +408,7 @@ impl<'a> Watch<'a> {
     }
 
     fn sighting(&self, t: [f64; 2], qi: u32, certainty: Certainty) -> Sighting {
-        Sighting { curve: self.piece.curve, t, qi, certainty }
+        Sighting { curve: self.index, t, qi, certainty }
     }
 
     /// What is to be told apart: the number of sheets, or only visible from hidden.
@@ -409,7 +418,7 @@ impl<'a> Watch<'a> {
 
     /// A clear answer inside part `k` of `count` of the piece, or the last unclear one.
     fn clear_sample(&mut self, la: f64, lb: f64, k: usize, count: usize) -> Sample {
-        let mut sample = Sample { t: self.piece.t[0], qi: 0, clear: false, contact: false };
+        let mut sample = Sample { t: self.t[0], qi: 0, clear: false, contact: false };
         for f in [0.47, 0.31, 0.68, 0.16, 0.86] {
             sample = self.ask(self.table.param_at(la + (lb - la) * (k as f64 + f) / count as f64));
             if sample.clear {
@@ -518,7 +527,7 @@ impl<'a> Watch<'a> {
     /// rounding (2⁻⁵³ of the picture) pulls apart by the square root of that, some 10⁻⁸, and more where the fold is
     /// flat. A quarter of the way to the ends of the piece at most, where a cusp may be.
     fn fold_radius(&self, t: f64, uv: DVec2) -> DVec2 {
-        let [a, b] = self.piece.t;
+        let [a, b] = self.t;
         let (p, q) = (self.curve.uv(&self.around.geometry, a), self.curve.uv(&self.around.geometry, b));
         let size = self.parameter_size(self.curve.surface, uv);
         let room = ((p - uv) / size).length().min(((q - uv) / size).length());
