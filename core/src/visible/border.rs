@@ -24,6 +24,9 @@ const WIDEST: f64 = 0.05;
 /// contact tolerance, to which the ends of edges are known.
 const INWARDS: [f64; 4] = [1e-4, 1e-2, 0.1, 0.5];
 
+/// How far aside a point is moved, in contact tolerances, if the surface is not met at the edge.
+const ASIDE: [f64; 3] = [1.0, 4.0, 16.0];
+
 /// A place of the border.
 #[derive(Clone, Copy)]
 struct Place {
@@ -37,6 +40,8 @@ pub(super) struct Border<'a> {
     pub(super) subject: &'a Subject<'a>,
     pub(super) edge: &'a Edge,
     pub(super) beside: &'a Beside,
+    /// Whether the region lies on the right of the edge in its own direction.
+    pub(super) right: bool,
     pub(super) options: BorderOptions,
     pub(super) scratch: &'a mut RayScratch,
     /// The first place at which no point of the surface was found.
@@ -84,7 +89,9 @@ impl Border<'_> {
             // An arc of so much turn rises so far over its chord.
             || 0.125 * turn * self.chord(from, to) > self.options.tolerance
             || apart(self.subject, self.beside.surface, from.uv, to.uv) > WIDEST;
-        if (bent || found.is_none()) && !last {
+        // Where it is not found once it is sought no more closely: the edge borders another surface there.
+        let sought = found.is_none() && self.missing.is_none();
+        if (bent || sought) && !last {
             let m = 0.5 * (from.t + t);
             let middle = self.curve().point(&self.subject.geometry, m);
             let from = self.advance(from, (m, middle), out, depth + 1);
@@ -97,21 +104,24 @@ impl Border<'_> {
         to
     }
 
-    /// Parameters of the surface at a place, near those of the place before it. Exactly at a fold or a cusp the sight line may miss the
-    /// sheet that is followed: the `last` time it is asked for, the place is moved towards the one before.
+    /// Parameters of the surface at a place, near those of the place before it. Beside a silhouette that runs along a join of surfaces, no
+    /// farther from it than what counts as one place, the other surface is met a little aside. Exactly at a fold or a cusp the
+    /// sight line may miss the sheet that is followed: the `last` time it is asked for, the place is moved towards the one before.
     fn uv(&mut self, (t, p): (f64, DVec3), before: Place, last: bool) -> Option<DVec2> {
         let (subject, surface) = (self.subject, self.beside.surface);
         if let Some(sheet) = self.beside.sheet {
             return Some(sheet.uv(subject, self.curve(), t, p, Some(before.uv)));
         }
         let (q, inwards) = (p.truncate(), before.p.truncate());
-        let moved = INWARDS.iter().filter(|_| last).map(|f| q + (inwards - q) * *f);
+        let left = self.curve().jet(&subject.geometry, t).1.truncate().normalize_or_zero().perp();
+        let aside = if self.right { -left } else { left } * self.options.contact;
+        let inwards = INWARDS.iter().filter(|_| last).map(|f| q + (inwards - q) * *f);
         let mut best: Option<(f64, DVec2)> = None;
-        for q in core::iter::once(q).chain(moved) {
+        for q in core::iter::once(q).chain(ASIDE.map(|f| q + aside * f)).chain(inwards) {
             let hits = subject.occluders.hits(q, self.scratch).iter().filter(|h| h.surface == surface);
             let near = hits.map(|h| (apart(subject, surface, h.uv, before.uv), h.uv));
             best = near.chain(best).min_by(|a, b| a.0.total_cmp(&b.0));
-            if best.is_some_and(|b| b.0 <= WIDEST) {
+            if best.is_some_and(|b| b.0 <= WIDEST || !last) {
                 break;
             }
         }

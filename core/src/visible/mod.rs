@@ -6,7 +6,7 @@
 //! regions of the one and of the other, unless that is the same part of one surface. The borders are walked into loops
 //! (`walk`), and their points found on the surfaces (`border`).
 //!
-//! Nothing is intersected here: where one edge ends on another is known from splitting. Nor is anything closed by force: a
+//! Nothing is intersected here: where one edge ends on another is known from splitting. Nor is anything closed in silence: a
 //! vertex that more edges of a region enter than leave shows that an edge is missing or what lies beside it is wrong, and is
 //! listed.
 
@@ -29,7 +29,8 @@ use walk::Half;
 pub struct VisibleRegions {
     /// The surfaces of which something is visible, in increasing order. No two overlap.
     pub regions: Vec<VisibleRegion>,
-    /// Places at which a border is not known. What of a border could not be closed because of them is left out.
+    /// Places at which a border is not known. A loop goes straight over a gap there of no more than 0.002 of the picture's size; what of a border
+    /// could not be closed even so is left out.
     pub undecided: Vec<UndecidedBorder>,
     /// Counts.
     pub stats: VisibleStats,
@@ -174,8 +175,15 @@ pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], opt
         }
         let mut edge = |half: &Half| {
             let edge = &map.edges[half.edge];
-            let mut border =
-                Border { subject, edge, beside: &half.beside, options, scratch: &mut *scratch, missing: None };
+            let mut border = Border {
+                subject,
+                edge,
+                beside: &half.beside,
+                right: half.reversed,
+                options,
+                scratch: &mut *scratch,
+                missing: None,
+            };
             let mut points = border.points();
             if let Some(at) = border.missing {
                 doubt(at, "no point of the surface was found behind another one's edge");
@@ -185,8 +193,12 @@ pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], opt
             }
             VisibleEdge { kind: subject.curves[edge.curve].kind, own: half.beside.sheet.is_some(), points }
         };
-        let loops =
-            walked.loops.iter().map(|halves| VisibleLoop { edges: halves.iter().map(&mut edge).collect() }).collect();
+        let closed = |halves: &Vec<Half>| {
+            let mut edges: Vec<VisibleEdge> = halves.iter().map(&mut edge).collect();
+            over_gaps(&mut edges);
+            VisibleLoop { edges }
+        };
+        let loops = walked.loops.iter().map(closed).collect();
         (VisibleRegion { surface: *surface, loops }, undecided, scratch.stats.rays - before)
     };
     #[cfg(feature = "parallel")]
@@ -207,6 +219,19 @@ pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], opt
         }
     }
     out
+}
+
+/// Goes on to the beginning of the next edge where an edge ends before it.
+fn over_gaps(edges: &mut [VisibleEdge]) {
+    for k in 0..edges.len() {
+        let next = edges[(k + 1) % edges.len()].points.first().copied();
+        let points = &mut edges[k].points;
+        if let (Some(next), Some(last)) = (next, points.last())
+            && last.screen != next.screen
+        {
+            points.push(next);
+        }
+    }
 }
 
 #[cfg(test)]

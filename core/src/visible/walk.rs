@@ -77,6 +77,10 @@ pub(super) fn halves(subject: &Subject<'_>, map: &Map, sides: &[Option<Sides>]) 
     out
 }
 
+/// Widest gap in a border that a loop goes straight over, of the size of the picture. It is listed whatever its width; where it is wider the
+/// border is left out, for what it encloses is not known even roughly.
+const WIDEST_GAP: f64 = 2e-3;
+
 /// Walks the halves of one surface.
 pub(super) fn walk(subject: &Subject<'_>, map: &Map, halves: &[Half]) -> Walked {
     let mut at: BTreeMap<usize, [Vec<usize>; 2]> = BTreeMap::new();
@@ -95,6 +99,7 @@ pub(super) fn walk(subject: &Subject<'_>, map: &Map, halves: &[Half]) -> Walked 
             _ => join(subject, map, halves, vertex, [coming, leaving], &mut next),
         }
     }
+    bridge(map, halves, &mut next, WIDEST_GAP * subject.geometry.view.size());
     let mut used = vec![false; halves.len()];
     for first in 0..halves.len() {
         let (mut path, mut k) = (Vec::new(), first);
@@ -110,6 +115,27 @@ pub(super) fn walk(subject: &Subject<'_>, map: &Map, halves: &[Half]) -> Walked 
         }
     }
     out
+}
+
+/// Joins halves that do not go on to near ones that nothing goes on to, the nearest first.
+fn bridge(map: &Map, halves: &[Half], next: &mut [Option<usize>], widest: f64) {
+    let mut begun = vec![false; halves.len()];
+    next.iter().flatten().for_each(|&k| begun[k] = true);
+    let ends: Vec<usize> = (0..halves.len()).filter(|&k| next[k].is_none()).collect();
+    let starts: Vec<usize> = (0..halves.len()).filter(|&k| !begun[k]).collect();
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for &a in &ends {
+        let from = map.vertices[halves[a].to(map)];
+        let gap = |b: usize| from.distance(map.vertices[halves[b].from(map)]);
+        pairs.extend(starts.iter().map(|&b| (gap(b), a, b)).filter(|p| p.0 <= widest));
+    }
+    pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+    for (_, a, b) in pairs {
+        if next[a].is_none() && !begun[b] {
+            next[a] = Some(b);
+            begun[b] = true;
+        }
+    }
 }
 
 /// Joins the halves at a vertex where several meet.
