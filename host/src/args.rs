@@ -24,6 +24,9 @@ pub struct DrawArgs {
     /// Show the ways with the pen up too, in .png
     #[arg(long, conflicts_with = "render")]
     pub show_travel: bool,
+    /// Write what is visible of every surface as filled shapes on the same page, .svg or .json
+    #[arg(long, value_name = "FILE", conflicts_with = "render")]
+    pub emit_regions: Option<PathBuf>,
     /// Paint the surfaces, lit by --light, instead of drawing: a quick look, as .png, that lies on the page as the drawing
     /// will
     #[arg(long, conflicts_with = "stats")]

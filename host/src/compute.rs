@@ -15,6 +15,7 @@ use crate::model::{self, Model, ModelError, ModelFile, Reading, View};
 use crate::options::DrawingOptions;
 use crate::page::{self, Layout, PathChoice, Shares, Window};
 use crate::progress::Progress;
+use crate::regions::{NORMAL_ANGLE, Shapes};
 use crate::settle::Settled;
 use crate::stats::Seconds;
 
@@ -31,6 +32,8 @@ pub struct Computed {
     pub seconds: Seconds,
     /// What is not drawn that was to be, each a line.
     pub notes: Vec<String>,
+    /// What is visible of every surface, if that was asked for.
+    pub regions: Option<Shapes>,
 }
 
 /// A model that has been read, and what is settled about its drawing.
@@ -48,6 +51,8 @@ pub struct Loaded<'a> {
     path: PathChoice,
     /// Whether arcs are to be fitted to what is drawn.
     curved: bool,
+    /// Whether the visible regions are asked for.
+    regions: bool,
 }
 
 impl Loaded<'_> {
@@ -67,6 +72,12 @@ impl Loaded<'_> {
     #[must_use]
     pub fn curved(self, curved: bool) -> Self {
         Self { curved, ..self }
+    }
+
+    /// With the visible regions of all surfaces.
+    #[must_use]
+    pub fn with_regions(self, regions: bool) -> Self {
+        Self { regions, ..self }
     }
 
     /// The sheet.
@@ -122,6 +133,7 @@ pub fn load<'a>(options: &'a DrawingOptions, progress: &'a Progress) -> Result<L
         reach: None,
         path: PathChoice::default(),
         curved: false,
+        regions: false,
     })
 }
 
@@ -173,7 +185,8 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
 /// ends it.
 pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let (options, progress, path, curved) = (loaded.options, loaded.progress, loaded.path, loaded.curved);
-    let Placed { scene: Scene { name, .. }, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
+    let with_regions = loaded.regions;
+    let Placed { scene, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
@@ -184,6 +197,13 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
     let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
     polylines.extend(filled::fills(&prepared, &settled, &layout, tolerance, &polylines, &watch)?);
+    let regions = with_regions
+        .then(|| {
+            let found =
+                prepared.visible_regions(tolerance, NORMAL_ANGLE, &watch).map_err(|e| watch.reason(e.into()))?;
+            Ok::<_, Error>(Shapes::new(&found, &scene, &layout, settled.page))
+        })
+        .transpose()?;
     let mut seconds = watch.finish();
 
     progress.stage("ordering");
@@ -198,14 +218,14 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     }
     seconds.page = started.elapsed().as_secs_f64();
     let drawing = Drawing {
-        name,
+        name: scene.name,
         page: settled.page,
         isos: settled.isos,
         pens: settled.pens,
         slack_mm: shares.slack_mm,
         polylines,
     };
-    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes: Vec::new() })
+    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes: Vec::new(), regions })
 }
 
 /// Shows how much is read, and stops reading at Ctrl-C or when the time is over.

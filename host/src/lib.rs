@@ -44,6 +44,7 @@ pub mod preflight;
 pub mod progress;
 pub mod protocol;
 pub mod redraw;
+pub mod regions;
 pub mod render;
 pub mod resume;
 pub mod settle;

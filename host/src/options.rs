@@ -20,7 +20,7 @@ use thiserror::Error;
 use crate::args::{DrawArgs, DrawingArgs};
 use crate::device::{self, Device, DeviceError, Language, PlaceError};
 use crate::drawing::Page;
-use crate::emit::Format;
+use crate::emit::{Format, RegionFormat};
 use crate::isocurves::{self, Isocurves};
 use crate::model::{MESH_CREASE_DEGREES, ModelFile, ViewChoice, aim};
 use crate::page::{Depths, Hidden, Layout, LayoutError, SheetError, Window};
@@ -270,6 +270,8 @@ pub struct DrawOptions {
     pub estimated: Device,
     /// Where the stats go.
     pub stats: Option<PathBuf>,
+    /// Where the visible regions go, and as what.
+    pub regions: Option<(PathBuf, RegionFormat)>,
     /// Whether pictures show the ways with the pen up.
     pub show_travel: bool,
     /// Whether the surfaces are painted instead of drawn; all outputs are pictures then.
@@ -292,6 +294,14 @@ impl DrawOptions {
             }
             outputs.push(Output { path: path.clone(), format });
         }
+        let regions = args.emit_regions.as_ref().map(|path| match RegionFormat::of_path(path) {
+            Some(format) => Ok((path.clone(), format)),
+            None => {
+                let problem = "--emit-regions writes .svg or .json; choose one of these extensions".into();
+                Err(OptionError::Output { path: path.clone(), problem })
+            }
+        });
+        let regions = regions.transpose()?;
         let drawing = DrawingOptions::new(&args.models, &args.drawing)?;
         let order = OrderOptions::new(&args.path)?;
         check_paths(args)?;
@@ -326,6 +336,7 @@ impl DrawOptions {
             hpgl,
             estimated,
             stats: args.stats.clone(),
+            regions,
             show_travel: args.show_travel,
             render: args.render,
         };
@@ -371,7 +382,12 @@ impl DrawOptions {
     pub fn check_files(&self, files: &[ModelFile]) -> Result<(), OptionError> {
         let read: BTreeSet<PathBuf> =
             files.iter().filter_map(|file| Path::new(&file.file).canonicalize().ok()).collect();
-        let mut written = self.outputs.iter().map(|output| &output.path).chain(&self.stats);
+        let mut written = self
+            .outputs
+            .iter()
+            .map(|output| &output.path)
+            .chain(&self.stats)
+            .chain(self.regions.iter().map(|(path, _)| path));
         match written.find(|path| path.canonicalize().is_ok_and(|path| read.contains(&path))) {
             Some(path) => {
                 let problem = "is a part of the scene; choose another name for the output".into();
@@ -386,7 +402,7 @@ impl DrawOptions {
 fn check_paths(args: &DrawArgs) -> Result<(), OptionError> {
     let models: Vec<_> = args.models.iter().filter_map(|model| Path::new(model).canonicalize().ok()).collect();
     let mut seen = BTreeSet::new();
-    for path in args.output.iter().chain(&args.stats) {
+    for path in args.output.iter().chain(&args.stats).chain(&args.emit_regions) {
         let refuse = |problem: String| Err(OptionError::Output { path: path.clone(), problem });
         let folder = folder(path);
         let (Ok(folder), Some(name)) = (folder.canonicalize(), path.file_name()) else {

@@ -170,7 +170,7 @@ impl Redraw {
         }
         seconds.page = started.elapsed().as_secs_f64();
         let view = view.unwrap_or(View::ISOMETRIC);
-        Ok(Computed { drawing, view, stats: Default::default(), seconds, notes })
+        Ok(Computed { drawing, view, stats: Default::default(), seconds, notes, regions: None })
     }
 
     /// Reads the drawings as one.

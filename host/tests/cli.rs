@@ -386,3 +386,56 @@ fn the_order_is_searched_for_as_asked_and_always_found_again() {
     let (first, other) = travelled("--order-by distance --optimize 0");
     assert!(searched <= first && file != other, "{searched} mm after a search, {first} mm before it");
 }
+
+#[test]
+fn regions_are_written_with_the_drawing() {
+    let folder = folder_with(&model());
+    let words = "draw model.json -o a.json --iso 0 --paper 100x80mm --margin 10 --emit-regions";
+    for file in ["r.json", "r.svg"] {
+        let done = penvis(folder.path(), &format!("{words} {file}"));
+        let told = String::from_utf8(done.stderr).unwrap();
+        assert!(done.status.success() && told.contains("\nregions: 1 surfaces, 1 loops, "), "{told}");
+    }
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let (drawing, regions): (Value, Value) =
+        (serde_json::from_str(&read("a.json")).unwrap(), serde_json::from_str(&read("r.json")).unwrap());
+    assert_eq!(
+        (&regions["name"], &regions["view"], &regions["page"]),
+        (&drawing["name"], &drawing["view"], &drawing["page"])
+    );
+    assert_eq!((&regions["undecided"], &regions["regions"][0]["surface"]), (&json!([]), &json!(0)));
+    let points = |edges: &Value, field: &str| -> Vec<DVec2> {
+        let of = |edge: &Value| edge[field].as_array().unwrap().clone();
+        let all = edges.as_array().unwrap().iter().flat_map(of);
+        all.map(|p| DVec2::new(p[0].as_f64().unwrap(), p[1].as_f64().unwrap())).collect()
+    };
+    let edges = &regions["regions"][0]["loops"][0];
+    let (page, uv) = (points(edges, "page"), points(edges, "uv"));
+    assert_eq!(page.len(), uv.len());
+    let area = page.windows(2).map(|w| 0.5 * w[0].perp_dot(w[1])).sum::<f64>();
+    assert!((area - regions["regions"][0]["area_mm2"].as_f64().unwrap()).abs() < 1e-6 * area && area > 100.0, "{area}");
+    // The border is ink: each of its points lies on a stroke, to the tolerance.
+    let ink = points(&drawing["polylines"], "page");
+    assert!(page.iter().all(|p| ink.windows(2).any(|w| {
+        let d = w[1] - w[0];
+        let along = ((*p - w[0]).dot(d) / d.length_squared().max(1e-12)).clamp(0.0, 1.0);
+        p.distance(w[0] + d * along) < 0.03
+    })));
+    assert!(read("r.svg").contains("<path id=\"surface-0\" fill=\"#"));
+
+    for (words, expected) in [
+        (
+            "draw model.json -o a.svg --emit-regions r.png",
+            "error: r.png: --emit-regions writes .svg or .json; choose one of these extensions\n",
+        ),
+        ("draw model.json -o a.svg --emit-regions a.svg", "error: a.svg: is asked for twice\n"),
+        (
+            "draw a.json -o a.svg --emit-regions r.svg",
+            "error: --emit-regions is for models, and a.json is a drawing: its strokes are as they are; leave it out\n",
+        ),
+    ] {
+        let refused = penvis(folder.path(), words);
+        assert!(!refused.status.success());
+        assert_eq!(String::from_utf8(refused.stderr).unwrap(), expected);
+    }
+}

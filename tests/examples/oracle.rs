@@ -7,34 +7,15 @@
 
 use std::process::ExitCode;
 
-use glam::DVec3;
 use penvis::builtin;
 use penvis::model::{self, View};
 use penvis_core::pipeline::DrawOptions;
-use penvis_core::scene::Scene;
 use penvis_core::visibility::Method;
 use penvis_tests::agreement::compare;
+use penvis_tests::views::{directions, near};
 
 /// Directions to the eye.
 const VIEWS: u32 = 20;
-
-/// Directions spread evenly over the sphere.
-fn directions() -> impl Iterator<Item = DVec3> {
-    (0..VIEWS).map(|k| {
-        let z: f64 = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(VIEWS);
-        let (azimuth, r) = (2.399_963_229_728 * f64::from(k) + 0.3, (1.0 - z * z).sqrt());
-        DVec3::new(r * azimuth.cos(), r * azimuth.sin(), z)
-    })
-}
-
-/// Perspective from one and a half diagonals of the model away.
-fn near(scene: &Scene, direction: DVec3) -> View {
-    let points = || scene.surfaces.iter().flat_map(|s| s.surface.homogeneous()).map(|h| h.truncate() / h.w);
-    let low = points().fold(DVec3::INFINITY, DVec3::min);
-    let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let middle = low.midpoint(high);
-    View::perspective(middle + 1.5 * direction * low.distance(high), middle)
-}
 
 fn main() -> ExitCode {
     let mut words: Vec<String> = std::env::args().skip(1).collect();
@@ -59,7 +40,7 @@ fn main() -> ExitCode {
         };
         let options = DrawOptions { deepest: u32::MAX, visibility, ..DrawOptions::default() };
         let (mut agreed, mut differ, mut length, mut judged) = (0, 0, 0.0, 0.0);
-        for direction in directions() {
+        for direction in directions(VIEWS) {
             for view in [View::orthographic(direction), near(&scene, direction)] {
                 let a = compare(&scene, &view, &options);
                 for d in &a.disagreements {

@@ -7,7 +7,7 @@ use crate::args::DrawArgs;
 use crate::compute::{compute, load, summary};
 use crate::device::Device;
 use crate::drawing::Drawing;
-use crate::emit::{self, EmitError, Format};
+use crate::emit::{self, EmitError, Format, RegionFormat};
 use crate::error::Error;
 use crate::interrupt;
 use crate::model::View;
@@ -25,8 +25,10 @@ use crate::stats::Stats;
 pub fn run(args: &DrawArgs) -> Result<(), Error> {
     let started = Instant::now();
     let redraw = Redraw::new(&args.models, &args.drawing)?;
-    if let (Some(_), true, [file, ..]) = (&redraw, args.render, &args.models[..]) {
-        return Err(RedrawError::Surfaces { option: "--render", file: file.clone() }.into());
+    let of_surfaces = [(args.render, "--render"), (args.emit_regions.is_some(), "--emit-regions")];
+    if let (Some(_), Some((_, option)), [file, ..]) = (&redraw, of_surfaces.into_iter().find(|o| o.0), &args.models[..])
+    {
+        return Err(RedrawError::Surfaces { option, file: file.clone() }.into());
     }
     let options = match &redraw {
         Some(redraw) => DrawOptions::new(&DrawArgs { drawing: redraw.args().clone(), ..args.clone() })?,
@@ -48,7 +50,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
             options.check_page(loaded.page())?;
             options.check_files(loaded.files())?;
             let reach = options.reach(loaded.page());
-            compute(loaded.reaching(reach).curved(curved).along(path))?
+            compute(loaded.reaching(reach).curved(curved).along(path).with_regions(options.regions.is_some()))?
         }
     };
 
@@ -64,6 +66,14 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
         if output.format == Format::Hpgl {
             computed.notes.extend(by_hand(&output.path, drawing, &options.hpgl));
         }
+    }
+    if let (Some((path, format)), Some(shapes)) = (&options.regions, &computed.regions) {
+        let text = match format {
+            RegionFormat::Svg => emit::regions_svg(shapes, &command_line()),
+            RegionFormat::Json => emit::regions_json(shapes, &computed.view)
+                .map_err(|source| Error::Json { path: path.clone(), source })?,
+        };
+        files.push((path.clone(), text.into_bytes()));
     }
     computed.seconds.emit = emitting.elapsed().as_secs_f64();
     computed.seconds.total = started.elapsed().as_secs_f64();
@@ -82,6 +92,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     eprintln!("{}", summary(&computed.drawing.name, &stats));
     if redraw.is_none() {
         eprintln!("{}", stats.visibility.summary());
+    }
+    if let Some(shapes) = &computed.regions {
+        eprintln!("{}", shapes.summary());
     }
     for note in &computed.notes {
         eprintln!("warning: {note}");

@@ -8,6 +8,7 @@ mod hpgl;
 mod json;
 mod number;
 mod png;
+mod regions;
 mod svg;
 
 use std::path::Path;
@@ -21,6 +22,7 @@ pub use hpgl::hpgl;
 pub use json::json;
 pub(crate) use number::decimal;
 pub use png::{DPI, Pixels, RENDER_DPI, png, shaded};
+pub use regions::{RegionFormat, regions_json, regions_svg};
 pub use svg::svg;
 
 use crate::device::{Device, Placement};

@@ -6,7 +6,7 @@ use super::number::decimal;
 use crate::drawing::{Drawing, Polyline};
 
 /// Decimals of coordinates in mm.
-const DECIMALS: usize = 3;
+pub(super) const DECIMALS: usize = 3;
 
 /// The drawing as SVG: user units are mm, one group for each layer and pen in order of first appearance, one path for what is
 /// drawn without lifting the pen, round ends, strokes as wide as the pen and of its ink. `command` is what made it, for the metadata.
@@ -80,7 +80,7 @@ fn path(text: &mut String, stroke: &[&Polyline], height_mm: f64) {
 }
 
 /// Text that XML takes as it is meant; characters that XML 1.0 forbids become spaces.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -200,6 +200,12 @@ impl Oracle {
         self.count(p, &own)
     }
 
+    /// Whether a triangle covers a point of the screen.
+    #[must_use]
+    pub fn covers(&self, q: DVec2) -> bool {
+        self.triangles.at(q).iter().any(|&t| self.mesh.covers(t, q))
+    }
+
     /// Places on the screen within a stated distance of which there must be a visible outline, the end of a sheet or a
     /// fold: edges of triangles that nothing hides and round which the surface is seen on one side only, on both rings.
     /// Since the rings are farther from the edge than the triangles from the surface, the surface ends or folds in

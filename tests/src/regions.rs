@@ -1,0 +1,94 @@
+//! Visible regions held against the painted preview, pixel by pixel.
+//!
+//! What is painted into a pixel is the nearest of points of the surfaces, which are found by isocurves and distances, with
+//! nothing of the curves, the crossings and the sight lines that regions are made of.
+
+use glam::DVec2;
+use penvis_core::pipeline::Prepared;
+use penvis_core::render::{PixelGrid, Raster};
+use penvis_core::visible::{VisibleRegion, VisibleRegions};
+
+/// What the pixels say of regions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// Pixels farther than one from every border.
+    pub clear: usize,
+    /// Of these, pixels that another surface, or none, was painted into than the one whose region holds them.
+    pub wrong: usize,
+    /// Pixels whose middle is in several regions.
+    pub shared: usize,
+    /// Area of all regions, in pixels.
+    pub area: f64,
+}
+
+/// Compares each pixel.
+#[must_use]
+pub fn against(prepared: &Prepared, regions: &VisibleRegions, raster: &Raster) -> Agreement {
+    let grid = &raster.grid;
+    let view = prepared.geometry().view;
+    let near = near_borders(regions, grid);
+    let mut owners: Vec<Option<usize>> = vec![None; grid.width * grid.height];
+    let mut out = Agreement::default();
+    for region in &regions.regions {
+        out.area += region.area() / grid.pixel.powi(2);
+        for k in inside(region, grid) {
+            out.shared += usize::from(owners[k].is_some());
+            owners[k] = Some(region.surface);
+        }
+    }
+    for k in (0..owners.len()).filter(|&k| !near[k]) {
+        let painted = raster.samples[k].map(|s| view.patches()[s.patch].surface);
+        out.clear += 1;
+        out.wrong += usize::from(painted != owners[k]);
+    }
+    out
+}
+
+/// The pixels whose middles are in a region, by the even-odd rule.
+fn inside(region: &VisibleRegion, grid: &PixelGrid) -> Vec<usize> {
+    let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); grid.height];
+    for [a, b] in segments(region, grid) {
+        let (lo, hi) = if a.y <= b.y { (a, b) } else { (b, a) };
+        // Rows whose middles lie from the lower end on up to the upper one, that excluded.
+        let row = |y: f64| (y - 0.5).ceil().max(0.0) as usize;
+        for (y, row) in crossings.iter_mut().enumerate().take(row(hi.y)).skip(row(lo.y)) {
+            let y = y as f64 + 0.5;
+            row.push(lo.x + (hi.x - lo.x) * (y - lo.y) / (hi.y - lo.y));
+        }
+    }
+    let mut out = Vec::new();
+    for (y, row) in crossings.iter_mut().enumerate() {
+        row.sort_by(f64::total_cmp);
+        for pair in row.chunks_exact(2) {
+            let [from, to] = [pair[0], pair[1]].map(|x| ((x - 0.5).ceil().max(0.0) as usize).min(grid.width));
+            out.extend((from..to).map(|x| y * grid.width + x));
+        }
+    }
+    out
+}
+
+/// The chords of a region's border, in pixels to the right and down.
+fn segments(region: &VisibleRegion, grid: &PixelGrid) -> impl Iterator<Item = [DVec2; 2]> {
+    let edges = region.loops.iter().flat_map(|l| &l.edges);
+    edges.flat_map(|e| e.points.windows(2)).map(|w| [w[0], w[1]].map(|p| grid.place(p.screen)))
+}
+
+/// For each pixel whether its middle is within a pixel of a border.
+fn near_borders(regions: &VisibleRegions, grid: &PixelGrid) -> Vec<bool> {
+    let mut near = vec![false; grid.width * grid.height];
+    for [a, b] in regions.regions.iter().flat_map(|r| segments(r, grid)) {
+        let range = |lo: f64, hi: f64, count: usize| {
+            let from = ((lo - 1.5).ceil().max(0.0) as usize).min(count);
+            from..(((hi + 0.5).floor() + 1.0).max(0.0) as usize).clamp(from, count)
+        };
+        for y in range(a.y.min(b.y), a.y.max(b.y), grid.height) {
+            for x in range(a.x.min(b.x), a.x.max(b.x), grid.width) {
+                let q = DVec2::new(x as f64, y as f64) + 0.5;
+                let d = b - a;
+                let along = if d == DVec2::ZERO { 0.0 } else { ((q - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+                near[y * grid.width + x] |= q.distance(a + d * along) <= 1.0;
+            }
+        }
+    }
+    near
+}
