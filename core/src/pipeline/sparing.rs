@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 use super::picture::tolerance;
 use super::{DrawOptions, FIT, Kept, Monitor, PictureError, Prepared, Stage, Stats};
 use crate::arrange::{Arcs, ArrangeStats, OneByOne, Piece, lengths};
+use crate::extract::chain::SilhouetteChains;
 use crate::extract::{Geometry, IsoLine, Styles, SurfaceCurve, iso_lines};
 use crate::scene::Scene;
 use crate::stitch::STITCH;
@@ -146,8 +147,12 @@ fn runs_one_by_one(
     let stops = || monitor.stops();
     let stop = Stop::when(&stops);
     monitor.begin(Stage::Arrange);
-    let (pieces, arrange) = split_one_by_one(prepared, isos, stop)?;
+    let (mut pieces, arrange) = split_one_by_one(prepared, isos, stop)?;
+    // Sight lines need neither arcs nor what links go along.
     prepared.arcs = Arcs::default();
+    prepared.chains = SilhouetteChains::default();
+    pieces.t.shrink_to_fit();
+    pieces.counts.shrink_to_fit();
     monitor.begin(Stage::Visibility);
     let (picture, g) = (prepared.picture(), prepared.geometry());
     let occluders = picture.occluders(stop);
