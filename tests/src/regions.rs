@@ -15,7 +15,8 @@ pub struct Agreement {
     pub clear: usize,
     /// Of these, pixels that another surface, or none, was painted into than the one whose region holds them.
     pub wrong: usize,
-    /// Pixels whose middle is in several regions.
+    /// Of these, pixels whose middle is in several regions. At a border that two share chords of the one and of the other are within the tolerance
+    /// of it, and a middle may be between them.
     pub shared: usize,
     /// Area of all regions, in pixels.
     pub area: f64,
@@ -32,7 +33,7 @@ pub fn against(prepared: &Prepared, regions: &VisibleRegions, raster: &Raster) -
     for region in &regions.regions {
         out.area += region.area() / grid.pixel.powi(2);
         for k in inside(region, grid) {
-            out.shared += usize::from(owners[k].is_some());
+            out.shared += usize::from(owners[k].is_some() && !near[k]);
             owners[k] = Some(region.surface);
         }
     }

@@ -27,7 +27,8 @@ use walk::Half;
 /// What is visible of a scene, surface by surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VisibleRegions {
-    /// The surfaces of which something is visible, in increasing order. No two overlap.
+    /// The surfaces of which something is visible, in increasing order. No two overlap by more than
+    /// the tolerance, to which each has chords of its own.
     pub regions: Vec<VisibleRegion>,
     /// Places at which a border is not known. A loop goes straight over a gap there of no more than 0.002 of the picture's size; what of a border
     /// could not be closed even so is left out.
