@@ -105,8 +105,9 @@ impl Border<'_> {
     }
 
     /// Parameters of the surface at a place, near those of the place before it. Beside a silhouette that runs along a join of surfaces, no
-    /// farther from it than what counts as one place, the other surface is met a little aside. Exactly at a fold or a cusp the
-    /// sight line may miss the sheet that is followed: the `last` time it is asked for, the place is moved towards the one before.
+    /// farther from it than what counts as one place, the other surface is met a little aside. Exactly at a fold or a cusp, where edges
+    /// end, the sight line may miss the sheet that is followed, and aside of it meet another sheet of the same surface: there the place is moved
+    /// towards the one before, the `last` time it is asked for, and aside only if that does not help.
     fn uv(&mut self, (t, p): (f64, DVec3), before: Place, last: bool) -> Option<DVec2> {
         let (subject, surface) = (self.subject, self.beside.surface);
         if let Some(sheet) = self.beside.sheet {
@@ -115,9 +116,12 @@ impl Border<'_> {
         let (q, inwards) = (p.truncate(), before.p.truncate());
         let left = self.curve().jet(&subject.geometry, t).1.truncate().normalize_or_zero().perp();
         let aside = if self.right { -left } else { left } * self.options.contact;
+        let aside = |allowed: bool| ASIDE.iter().filter(move |_| allowed).map(move |f| q + aside * *f);
         let inwards = INWARDS.iter().filter(|_| last).map(|f| q + (inwards - q) * *f);
+        let places = &self.edge.places;
+        let is_end = [places.first(), places.last()].into_iter().flatten().any(|end| end.0 == t);
         let mut best: Option<(f64, DVec2)> = None;
-        for q in core::iter::once(q).chain(ASIDE.map(|f| q + aside * f)).chain(inwards) {
+        for q in core::iter::once(q).chain(aside(!is_end)).chain(inwards).chain(aside(is_end && last)) {
             let hits = subject.occluders.hits(q, self.scratch).iter().filter(|h| h.surface == surface);
             let near = hits.map(|h| (apart(subject, surface, h.uv, before.uv), h.uv));
             best = near.chain(best).min_by(|a, b| a.0.total_cmp(&b.0));
