@@ -10,7 +10,7 @@ use crate::fill::FillChoice;
 use crate::marking::Marking;
 use crate::page::{self, DashPattern, Hidden, KindPens, Orientation, Placing, Position, SheetError, Size};
 
-/// Kinds of curve by the names that users give them.
+/// Kinds of curve by the names that users give them; what fills surfaces comes last.
 const KINDS: [(&str, CurveKind); 7] = [
     ("boundary", CurveKind::Boundary),
     ("crease", CurveKind::Crease),
@@ -140,12 +140,16 @@ impl SheetChoice {
 /// # Errors
 /// What is wrong with a name that is none.
 pub(crate) fn kind(word: &str) -> Result<CurveKind, String> {
+    named(word, &KINDS)
+}
+
+/// The kind with a name, among some.
+fn named(word: &str, kinds: &[(&str, CurveKind)]) -> Result<CurveKind, String> {
     // The curves along trims are boundaries of the trimmed surface.
     let name = if word == "trim" { "boundary" } else { word };
-    let known = KINDS.into_iter().find(|(known, kind)| *known == name || kind.name() == name);
-    known
-        .map(|(_, kind)| kind)
-        .ok_or_else(|| format!("`{word}` is not one of {}", KINDS.map(|(name, _)| name).join(", ")))
+    let known = kinds.iter().find(|(known, kind)| *known == name || kind.name() == name);
+    let names = || kinds.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    known.map(|(_, kind)| *kind).ok_or_else(|| format!("`{word}` is not one of {}", names()))
 }
 
 /// The names of what has a pen: kinds, and what is hidden.
@@ -176,14 +180,14 @@ pub(crate) fn with_pen(pens: KindPens, word: &str, pen: u32) -> Result<KindPens,
 /// What is wrong with the first name that is none.
 pub(crate) fn kinds<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<CurveSet, String> {
     let mut set = CurveSet::NONE;
+    let [curves @ .., (hatch, _)] = &KINDS;
     for word in words {
-        let kind = kind(word)?;
-        if kind == CurveKind::Hatch {
+        if word == *hatch {
             return Err(format!(
                 "`{word}` is no curve of a surface; a fill is asked for with --fill, or `fill` in a scene"
             ));
         }
-        set.insert(kind);
+        set.insert(named(word, curves)?);
     }
     Ok(set)
 }
