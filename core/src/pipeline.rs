@@ -27,7 +27,7 @@ use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, ViewError, ViewScene};
-use crate::visibility::{Method, Sighting, VisibilityStats};
+use crate::visibility::{Method, Sighting, VisibilityStats, halo};
 use crate::visible::{BorderOptions, VisibleRegions, visible_regions};
 use picture::{Counts, Picture, tolerance};
 
@@ -353,9 +353,14 @@ impl Prepared {
     /// If the monitor stops it.
     pub fn sightings(&self, monitor: &dyn Monitor) -> Result<(Vec<Sighting>, Stats), Stopped> {
         let picture = self.picture();
-        picture.seen(picture.split(self.curve_arcs(), monitor)?, monitor, |_, sightings, counts| {
-            (sightings, self.with(counts))
-        })
+        let split = picture.split(self.curve_arcs(), monitor)?;
+        // Not a part of seeing: boards have no room for what they do not draw.
+        let seen = picture.seen(split, monitor, |subject, sightings, counts| {
+            let deepest = self.options.deepest;
+            let left = if self.halo > 0.0 { halo(subject, sightings, self.halo, deepest) } else { sightings };
+            (left, self.with(counts))
+        })?;
+        if monitor.stops() { Err(Stopped) } else { Ok(seen) }
     }
 
     /// All counts, with those of splitting and of visibility.
@@ -371,7 +376,6 @@ impl Prepared {
             curves: &self.curves,
             chains: &self.chains,
             options: &self.options,
-            halo: self.halo,
         }
     }
 
@@ -401,8 +405,7 @@ impl Prepared {
         let arcs = Arcs::new(&curves, &g, FIT * size, true, stop);
         stop.check()?;
         let options = DrawOptions { deepest: 0, ..self.options };
-        let picture =
-            Picture { geometry: g, curves: &curves, chains: &chains, options: &options, halo: 0.0, ..self.picture() };
+        let picture = Picture { geometry: g, curves: &curves, chains: &chains, options: &options, ..self.picture() };
         let split = picture.split(arcs.with(&curves, g), monitor)?;
         let border = BorderOptions { tolerance, normal_angle, contact: 2.0 * STITCH * size };
         let found = picture.seen(split, monitor, |subject, sightings, _| {

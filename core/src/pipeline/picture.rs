@@ -10,9 +10,7 @@ use crate::extract::{Geometry, SurfaceCurve};
 use crate::stitch::{STITCH, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::view::{Patch, ViewScene};
-use crate::visibility::{
-    ClassifyOptions, Cracks, Occluders, Outermost, Sighting, Subject, VisibilityStats, classify, halo,
-};
+use crate::visibility::{ClassifyOptions, Cracks, Occluders, Outermost, Sighting, Subject, VisibilityStats, classify};
 
 /// Below what lengths things are one.
 pub(super) fn tolerance(view: &ViewScene) -> Tolerance {
@@ -29,8 +27,6 @@ pub(super) struct Picture<'a> {
     /// The silhouettes among the curves.
     pub(super) chains: &'a SilhouetteChains,
     pub(super) options: &'a DrawOptions,
-    /// Gap that curves leave beside outlines that they pass behind, screen units; 0 for none.
-    pub(super) halo: f64,
 }
 
 /// What visibility is decided of.
@@ -115,12 +111,8 @@ impl<'a> Picture<'a> {
             cracks: &cracks,
             stop,
         };
-        let (mut sightings, visibility) = classify(&subject, &self.classifying());
+        let (sightings, visibility) = classify(&subject, &self.classifying());
         stop.check()?;
-        if self.halo > 0.0 {
-            sightings = halo(&subject, sightings, self.halo, self.options.deepest);
-            stop.check()?;
-        }
         Ok(then(&subject, sightings, (arrangement.stats, visibility)))
     }
 }
