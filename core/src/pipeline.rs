@@ -301,7 +301,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// Leaves gaps of this width (screen units) where curves pass behind outlines that are drawn; 0 for none. See [`halo`](crate::visibility::halo).
+    /// Leaves gaps of this width (screen units) where curves pass behind outlines that are drawn; 0 for none. See [`halo`].
     pub fn leave_gaps(&mut self, gap: f64) {
         self.halo = gap;
     }

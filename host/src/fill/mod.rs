@@ -2,12 +2,12 @@
 //!
 //! | module | does |
 //! |---|---|
-//! | [`choice`] | what fill is asked for |
-//! | [`area`] | the shapes that are filled |
-//! | [`mod@hatch`] | parallel lines inside a shape |
-//! | [`clear`] | the gap that lines keep to outlines |
-//! | [`tone`] | lines that end where it is light |
-//! | [`cover`] | all of it for a picture |
+//! | `choice` | what fill is asked for |
+//! | `area` | the shapes that are filled |
+//! | `hatch` | parallel lines inside a shape |
+//! | `clear` | the gap that lines keep to outlines |
+//! | `tone` | lines that end where it is light |
+//! | `cover` | all of it for a picture |
 
 mod area;
 pub(crate) mod choice;
