@@ -53,6 +53,7 @@ extern crate std;
 
 pub mod arrange;
 pub mod bernstein;
+mod disjoint;
 pub mod extent;
 pub mod extract;
 mod grid;

@@ -13,6 +13,7 @@ use alloc::vec::Vec;
 
 use super::Tolerance;
 use super::region::{boundary_curve, is_simple};
+use crate::disjoint::Disjoint;
 use crate::extract::facing::Facing;
 use crate::extract::{Geometry, SurfaceCurve, lies_left, lies_left_along};
 use crate::line::Line;
@@ -53,14 +54,7 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
     };
     let plain: Vec<bool> = (0..surfaces.len()).map(faces_one_way).collect();
     // Surfaces joined so far, each by its lowest one.
-    let mut root: Vec<usize> = (0..surfaces.len()).collect();
-    fn find(root: &mut [usize], mut k: usize) -> usize {
-        while root[k] != k {
-            root[k] = root[root[k]];
-            k = root[k];
-        }
-        k
-    }
+    let mut joined = Disjoint::new(surfaces.len());
     let goes_on = |edge: &Edge| -> Option<[usize; 2]> {
         let [partner] = edge.partners[..] else { return None };
         let [Some(a), Some(b)] = [edge.side, partner].map(|s| stitching.sides[s].path.line()) else { return None };
@@ -72,8 +66,7 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
         .iter()
         .map(|edge| {
             let Some([a, b]) = goes_on(edge) else { return false };
-            let (a, b) = (find(&mut root, a), find(&mut root, b));
-            root[a.max(b)] = a.min(b);
+            joined.join(a, b);
             true
         })
         .collect();
@@ -81,7 +74,7 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
     for (edge, inner) in stitching.edges.iter().zip(inner) {
         let Some(line) = stitching.sides[edge.side].path.line() else { continue };
         if plain[line.surface] && !inner {
-            let k = find(&mut root, line.surface);
+            let k = joined.root(line.surface);
             boundaries[k].push(boundary_curve(line.clone(), edge.t));
         }
     }
@@ -90,11 +83,11 @@ pub fn clusters(g: &Geometry<'_>, stitching: &Stitching, tolerance: Tolerance, s
         if stop.is_wanted() {
             break;
         }
-        if plain[k] && find(&mut root, k) == k && is_simple(g, boundary, tolerance) {
+        if plain[k] && joined.root(k) == k && is_simple(g, boundary, tolerance) {
             cluster[k] = Some(k);
         }
     }
-    let of = (0..surfaces.len()).map(|s| if plain[s] { cluster[find(&mut root, s)] } else { None });
+    let of = (0..surfaces.len()).map(|s| if plain[s] { cluster[joined.root(s)] } else { None });
     Clusters { of: of.collect() }
 }
 

@@ -14,6 +14,7 @@ use glam::{DVec2, DVec3};
 use super::curve::{Geometry, Path, SurfaceCurve};
 use super::kind::CurveKind;
 use super::silhouette::CurveEnd;
+use crate::disjoint::Disjoint;
 use crate::stitch::{EdgeClass, Stitching};
 
 /// One curve of a chain.
@@ -207,22 +208,14 @@ fn model_normal(g: &Geometry<'_>, patch: usize, local: DVec2) -> Option<DVec3> {
 
 /// For every surface the number of the smooth sheet it belongs to: surfaces connected by smooth edges share one.
 fn sheets(g: &Geometry<'_>, stitching: &Stitching) -> Vec<usize> {
-    let mut sheet: Vec<usize> = (0..g.view.surfaces().len()).collect();
-    fn root(sheet: &mut [usize], mut k: usize) -> usize {
-        while sheet[k] != k {
-            sheet[k] = sheet[sheet[k]];
-            k = sheet[k];
-        }
-        k
-    }
+    let count = g.view.surfaces().len();
+    let mut sheet = Disjoint::new(count);
     for edge in stitching.edges.iter().filter(|e| e.class == EdgeClass::Smooth) {
         for &p in &edge.partners {
-            let a = root(&mut sheet, stitching.sides[edge.side].path.surface());
-            let b = root(&mut sheet, stitching.sides[p].path.surface());
-            sheet[a.max(b)] = a.min(b);
+            sheet.join(stitching.sides[edge.side].path.surface(), stitching.sides[p].path.surface());
         }
     }
-    (0..sheet.len()).map(|k| root(&mut sheet, k)).collect()
+    (0..count).map(|k| sheet.root(k)).collect()
 }
 
 /// Two ends that may be joined, twice the index of the silhouette plus one for its last point.

@@ -11,6 +11,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use crate::arrange::Cut;
+use crate::disjoint::Disjoint;
 use crate::grid::Grid;
 use crate::stroke::{places, runs};
 use crate::visibility::{Sighting, Subject};
@@ -44,32 +45,17 @@ pub(super) struct Map {
     pub(super) parts: usize,
 }
 
-/// Nodes that turn out to be one.
+/// Nodes, some of which turn out to be one.
+#[derive(Default)]
 struct Nodes {
-    /// Another node that each is the same as, or itself.
-    same: Vec<usize>,
+    same: Disjoint,
     at: Vec<DVec2>,
 }
 
 impl Nodes {
     fn push(&mut self, at: DVec2) -> usize {
-        self.same.push(self.same.len());
         self.at.push(at);
-        self.same.len() - 1
-    }
-
-    fn of(&mut self, mut k: usize) -> usize {
-        while self.same[k] != k {
-            self.same[k] = self.same[self.same[k]];
-            k = self.same[k];
-        }
-        k
-    }
-
-    /// The lower one stays.
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.of(a), self.of(b));
-        self.same[a.max(b)] = a.min(b);
+        self.same.push()
     }
 
     /// Joins those within `distance` of one another.
@@ -82,7 +68,7 @@ impl Nodes {
                     break;
                 }
                 if self.at[a].distance(self.at[b]) <= distance {
-                    self.join(a, b);
+                    self.same.join(a, b);
                 }
             }
         }
@@ -101,7 +87,7 @@ struct Part {
 pub(super) fn map(subject: &Subject<'_>, sightings: &[Sighting], tolerance: f64, contact: f64) -> Map {
     let g = &subject.geometry;
     let visible: Vec<Sighting> = sightings.iter().filter(|s| s.qi == 0).cloned().collect();
-    let mut nodes = Nodes { same: Vec::new(), at: Vec::new() };
+    let mut nodes = Nodes::default();
     let mut parts: Vec<Part> = Vec::new();
     for run in runs(&visible) {
         if subject.stop.is_wanted() {
@@ -143,7 +129,7 @@ fn crossings(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, conta
                 // A crossing found at the end of an arc that is known to its fit may be off; what is farther is no vertex.
                 if p.distance(nodes.at[own]) <= contact {
                     let theirs = node_at(subject, &mut parts[other], at, nodes, contact);
-                    nodes.join(own, theirs);
+                    nodes.same.join(own, theirs);
                 }
             }
         }
@@ -176,7 +162,7 @@ fn chains(subject: &Subject<'_>, parts: &[Part], nodes: &mut Nodes) {
         let closing = chain.links.last().zip(chain.links.first()).filter(|_| chain.closed);
         for (a, b) in pairs.chain(closing.map(|(a, b)| (*a, *b))) {
             if let (Some(p), Some(q)) = (end(a.curve, !a.reversed), end(b.curve, b.reversed)) {
-                nodes.join(p, q);
+                nodes.same.join(p, q);
             }
         }
     }
@@ -205,7 +191,7 @@ fn snap(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, contact: f
     let mut near = Vec::new();
     let mut found: Vec<(usize, f64, usize)> = Vec::new();
     for node in 0..nodes.at.len() {
-        if nodes.of(node) != node {
+        if nodes.same.root(node) != node {
             continue;
         }
         let q = nodes.at[node];
@@ -226,7 +212,7 @@ fn snap(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, contact: f
             // It is the end of the part itself, or a vertex that is there already.
             let known = part.nodes.iter().any(|&(s, other)| {
                 let apart = (table.length_at(s) - table.length_at(t)).abs();
-                apart <= contact || (nodes.same[other] == node && apart <= 8.0 * contact)
+                apart <= contact || (nodes.same.root(other) == node && apart <= 8.0 * contact)
             });
             if !known {
                 found.push((k, t, node));
@@ -235,7 +221,7 @@ fn snap(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, contact: f
     }
     for (k, t, node) in found {
         let own = node_at(subject, &mut parts[k], t, nodes, contact);
-        nodes.join(own, node);
+        nodes.same.join(own, node);
     }
 }
 
@@ -269,7 +255,7 @@ fn edges(subject: &Subject<'_>, parts: Vec<Part>, mut nodes: Nodes, contact: f64
         let curve = &subject.curves[part.curve];
         part.nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
         for w in part.nodes.windows(2) {
-            let ([(a, _), (b, _)], ends) = ([w[0], w[1]], [nodes.of(w[0].1), nodes.of(w[1].1)]);
+            let ([(a, _), (b, _)], ends) = ([w[0], w[1]], [nodes.same.root(w[0].1), nodes.same.root(w[1].1)]);
             let inner = part.places.iter().filter(|p| a < p.0 && p.0 < b).copied();
             let mut places: Vec<(f64, DVec3)> = Vec::with_capacity(part.places.len());
             places.push((a, curve.point(g, a)));
