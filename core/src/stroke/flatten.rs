@@ -125,7 +125,7 @@ impl Refining<'_> {
 }
 
 /// Distance of `x` from the segment from `p` to `q`.
-fn from_chord(x: DVec3, p: DVec3, q: DVec3) -> f64 {
+pub(crate) fn from_chord(x: DVec3, p: DVec3, q: DVec3) -> f64 {
     let d = q - p;
     let along = if d == DVec3::ZERO { 0.0 } else { ((x - p).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
     (x - p - d * along).length()

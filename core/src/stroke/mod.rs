@@ -9,7 +9,7 @@ mod flatten;
 pub use chain::chain;
 pub(crate) use chain::{chain_each, outline};
 pub use flatten::flatten;
-pub(crate) use flatten::{places, polyline, runs, stroke};
+pub(crate) use flatten::{from_chord, places, polyline, runs, stroke};
 
 pub use crate::extract::CurveKind;
 pub use crate::visibility::Certainty;

@@ -14,6 +14,7 @@ use super::planar::{Edge, Map};
 use crate::extract::{Path, SurfaceCurve, lies_left, lies_left_along, side_lies_left, side_lies_left_along};
 use crate::grid::Grid;
 use crate::line::Line;
+use crate::stroke::from_chord;
 use crate::visibility::{Hit, RayScratch, Subject, fold_lies_left};
 
 /// The surface that is nearest on one side of an edge.
@@ -192,7 +193,7 @@ impl Look<'_> {
             let (other, i) = self.segments[s as usize];
             if other != k {
                 let [a, b] = segment(&self.map.edges[other], i);
-                clearance = clearance.min(from_segment(q, a, b));
+                clearance = clearance.min(from_chord(q.extend(0.0), a.extend(0.0), b.extend(0.0)));
             }
         }
         Some(Place { t, p, left: direction.perp(), clearance })
@@ -318,10 +319,4 @@ fn sheets(subject: &Subject<'_>, curve: &SurfaceCurve, t: f64) -> heapless::Vec<
         }
     }
     out
-}
-
-fn from_segment(q: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let d = b - a;
-    let along = if d == DVec2::ZERO { 0.0 } else { ((q - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
-    (q - a - d * along).length()
 }
