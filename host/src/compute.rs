@@ -2,6 +2,7 @@
 
 mod filled;
 
+use std::f64::consts::PI;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -196,14 +197,17 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let traced = prepared.trace(tolerance, &watch).map_err(|e| watch.reason(e.into()))?;
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
     let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
-    polylines.extend(filled::fills(&prepared, &settled, &layout, tolerance, &polylines, &watch)?);
-    let regions = with_regions
-        .then(|| {
-            let found =
-                prepared.visible_regions(tolerance, NORMAL_ANGLE, &watch).map_err(|e| watch.reason(e.into()))?;
-            Ok::<_, Error>(Shapes::new(&found, &scene, &layout, settled.page))
-        })
-        .transpose()?;
+    let is_filled = settled.fills.iter().any(Option::is_some);
+    let mut regions = None;
+    if with_regions || is_filled {
+        // Fills ask nothing of the normals of borders.
+        let normal_angle = if with_regions { NORMAL_ANGLE } else { PI };
+        let found = prepared.visible_regions(tolerance, normal_angle, &watch).map_err(|e| watch.reason(e.into()))?;
+        if is_filled {
+            polylines.extend(filled::fills(&prepared, &found, &settled, &layout, &polylines, &watch)?);
+        }
+        regions = with_regions.then(|| Shapes::new(&found, &scene, &layout, settled.page));
+    }
     let mut seconds = watch.finish();
 
     progress.stage("ordering");

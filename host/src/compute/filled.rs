@@ -1,12 +1,10 @@
 //! Fills of a picture as polylines on the paper.
 
-use std::f64::consts::PI;
-
 use glam::DVec2;
 use penvis_core::extract::CurveKind;
 use penvis_core::pipeline::Prepared;
 use penvis_core::stroke::Certainty;
-use penvis_core::visible::VisibleRegion;
+use penvis_core::visible::{VisibleRegion, VisibleRegions};
 
 use super::Watch;
 use crate::drawing::Polyline;
@@ -16,24 +14,18 @@ use crate::interrupt;
 use crate::page::{Layout, clip};
 use crate::settle::Settled;
 
-/// The lines of all fills, with gaps to the outlines among the polylines that are drawn. Borders are made with chords within `tolerance`, in
-/// units of the screen.
+/// The lines of all fills of the visible regions, with gaps to the outlines among the polylines that are drawn.
 ///
 /// # Errors
 /// If Ctrl-C or the time limit ends it.
 pub(super) fn fills(
     prepared: &Prepared,
+    regions: &VisibleRegions,
     settled: &Settled,
     layout: &Layout,
-    tolerance: f64,
     drawn: &[Polyline],
     watch: &Watch<'_>,
 ) -> Result<Vec<Polyline>, Error> {
-    if settled.fills.iter().all(Option::is_none) {
-        return Ok(Vec::new());
-    }
-    // Nothing is asked of the normals of borders.
-    let regions = prepared.visible_regions(tolerance, PI, watch).map_err(|e| watch.reason(e.into()))?;
     let probe = prepared.probe(watch).map_err(|e| watch.reason(e.into()))?;
     let areas: Vec<Area> = regions.regions.iter().map(|region| area(region, layout)).collect();
     let is_outline = |p: &&Polyline| p.visible && p.kind.is_some_and(|kind| kind != CurveKind::Iso);
