@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use penvis_core::stroke::CurveKind;
 use serde::{Serialize, Serializer};
 
-use crate::drawing::{Drawing, Polyline};
+use crate::drawing::{Drawing, Page, Polyline};
 use crate::model::View;
 use crate::model::view::ViewJson;
 
@@ -17,10 +17,17 @@ struct DrawingJson<'a> {
     polylines: Vec<PolylineJson<'a>>,
 }
 
+/// The size of a sheet.
 #[derive(Serialize)]
-struct PageJson {
+pub(super) struct PageJson {
     width_mm: f64,
     height_mm: f64,
+}
+
+impl From<Page> for PageJson {
+    fn from(page: Page) -> Self {
+        Self { width_mm: page.width_mm, height_mm: page.height_mm }
+    }
 }
 
 #[derive(Serialize)]
@@ -43,7 +50,8 @@ fn model_points<S: Serializer>(points: &[DVec3], serializer: S) -> Result<S::Ok,
     serializer.collect_seq(points.iter().map(DVec3::to_array))
 }
 
-fn page_points<S: Serializer>(points: &[DVec2], serializer: S) -> Result<S::Ok, S::Error> {
+/// Points of a plane as pairs.
+pub(super) fn page_points<S: Serializer>(points: &[DVec2], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(points.iter().map(DVec2::to_array))
 }
 
@@ -69,12 +77,11 @@ impl<'a> From<&'a Polyline> for PolylineJson<'a> {
 /// # Errors
 /// None that the drawing could cause; what the serializer says is handed on.
 pub fn json(drawing: &Drawing, view: &View) -> Result<String, serde_json::Error> {
-    let page = PageJson { width_mm: drawing.page.width_mm, height_mm: drawing.page.height_mm };
     let mut text = serde_json::to_string(&DrawingJson {
         name: &drawing.name,
         view: (*view).into(),
         isos: drawing.isos,
-        page,
+        page: drawing.page.into(),
         polylines: drawing.polylines.iter().map(PolylineJson::from).collect(),
     })?;
     text.push('\n');

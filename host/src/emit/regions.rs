@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use glam::DVec2;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
+use super::Format;
+use super::json::{PageJson, page_points};
 use super::number::decimal;
 use super::svg::{DECIMALS, escape};
 use crate::model::View;
@@ -24,10 +26,10 @@ impl RegionFormat {
     /// The format that the extension of a path stands for, in upper or lower case.
     #[must_use]
     pub fn of_path(path: &std::path::Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "svg" => Some(Self::Svg),
-            "json" => Some(Self::Json),
-            _ => None,
+        match Format::of_path(path)? {
+            Format::Svg => Some(Self::Svg),
+            Format::Json => Some(Self::Json),
+            Format::Gcode | Format::Hpgl | Format::Png => None,
         }
     }
 }
@@ -100,12 +102,6 @@ struct ShapesJson<'a> {
 }
 
 #[derive(Serialize)]
-struct PageJson {
-    width_mm: f64,
-    height_mm: f64,
-}
-
-#[derive(Serialize)]
 struct RegionJson<'a> {
     surface: usize,
     name: &'a str,
@@ -117,9 +113,9 @@ struct RegionJson<'a> {
 struct EdgeJson<'a> {
     kind: &'static str,
     own: bool,
-    #[serde(serialize_with = "points")]
+    #[serde(serialize_with = "page_points")]
     page: &'a [DVec2],
-    #[serde(serialize_with = "points")]
+    #[serde(serialize_with = "page_points")]
     uv: &'a [DVec2],
 }
 
@@ -147,10 +143,6 @@ impl<'a> From<&'a ShapeEdge> for EdgeJson<'a> {
     }
 }
 
-fn points<S: Serializer>(points: &[DVec2], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(points.iter().map(DVec2::to_array))
-}
-
 /// The regions as JSON: every loop, edge by edge, with its points on the page in mm (y up) and in the surface's parameters; numbers read back to
 /// the bit. `view` is the one that they are seen with.
 ///
@@ -162,7 +154,7 @@ pub fn regions_json(shapes: &Shapes, view: &View) -> Result<String, serde_json::
     let mut text = serde_json::to_string(&ShapesJson {
         name: &shapes.name,
         view: (*view).into(),
-        page: PageJson { width_mm: shapes.page.width_mm, height_mm: shapes.page.height_mm },
+        page: shapes.page.into(),
         regions: shapes.shapes.iter().map(RegionJson::from).collect(),
         undecided: undecided.collect(),
     })?;
