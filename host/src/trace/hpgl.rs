@@ -86,13 +86,14 @@ pub fn is_setting(instruction: &[u8]) -> bool {
     SETTINGS.contains(&&mnemonic) || matches!(&mnemonic, b"IN" | b"DF" | b"SC" | b"IW" | b"RO" | b"SM" | b"PS")
 }
 
-fn mnemonic(instruction: &[u8]) -> Option<[u8; 2]> {
+/// The name of an instruction in capitals.
+pub(crate) fn mnemonic(instruction: &[u8]) -> Option<[u8; 2]> {
     let (a, b) = (instruction.first()?, instruction.get(1)?);
     Some([a.to_ascii_uppercase(), b.to_ascii_uppercase()])
 }
 
 /// The parameters behind a mnemonic, if all are numbers; the separators are commas and blanks.
-fn numbers(parameters: &[u8]) -> Option<Vec<f64>> {
+pub(crate) fn numbers(parameters: &[u8]) -> Option<Vec<f64>> {
     let text = std::str::from_utf8(parameters).ok()?.trim_end_matches(';');
     let number = |word: &str| {
         let plain = word.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.'));

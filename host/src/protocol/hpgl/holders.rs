@@ -5,6 +5,7 @@
 //! waits for its user.
 
 use super::Job;
+use crate::trace::hpgl::{mnemonic, numbers};
 
 /// A pen that is to be put into a holder by hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,10 +74,12 @@ impl Holders {
 /// The pen, from 1, that an instruction takes; none if it takes none.
 #[must_use]
 pub(super) fn selected(instruction: &[u8]) -> Option<u32> {
-    let (name, rest) = instruction.split_at_checked(2)?;
-    let number = std::str::from_utf8(rest).ok()?.trim_end_matches(';').trim();
+    if mnemonic(instruction)? != *b"SP" {
+        return None;
+    }
+    let [pen] = numbers(&instruction[2..])?[..] else { return None };
     // Plotters cut fractions off.
-    let pen = number.parse::<f64>().ok().filter(|_| name.eq_ignore_ascii_case(b"SP"))? as u32;
+    let pen = pen as u32;
     (pen > 0).then_some(pen)
 }
 
