@@ -13,8 +13,8 @@ pub struct Loop {
 
 impl Loop {
     /// Of sides that are all borders.
-    #[must_use]
-    pub fn bordered(points: Vec<DVec2>) -> Self {
+    #[cfg(test)]
+    pub(super) fn bordered(points: Vec<DVec2>) -> Self {
         let smooth = vec![false; points.len()];
         Self { points, smooth }
     }
@@ -24,14 +24,6 @@ impl Loop {
         let next = self.points.iter().cycle().skip(1);
         let smooth = self.smooth.iter().copied().chain(std::iter::repeat(false));
         self.points.iter().zip(next).zip(smooth).map(|((a, b), smooth)| ([*a, *b], smooth))
-    }
-
-    /// Its area in mm², negative if it runs clockwise.
-    #[must_use]
-    pub fn area_mm2(&self) -> f64 {
-        // About a corner, so that far from the origin no digits are lost.
-        let Some(&origin) = self.points.first() else { return 0.0 };
-        self.sides().map(|([a, b], _)| 0.5 * (a - origin).perp_dot(b - origin)).sum()
     }
 }
 

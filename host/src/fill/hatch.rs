@@ -197,18 +197,15 @@ mod tests {
     }
 
     #[test]
-    fn ten_thousand_sides_and_a_thousand_lines_take_well_under_a_second() {
+    fn the_ink_of_a_shape_with_ten_thousand_sides_is_its_area_over_the_pitch() {
         let star = |k: i32| {
             let r = if k % 2 == 0 { 100.0 } else { 60.0 };
             DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 10_000.0) * r + 120.0
         };
         let own = Loop::bordered((0..10_000).map(star).collect());
-        let area = own.area_mm2();
-        let begun = std::time::Instant::now();
+        let area: f64 = own.sides().map(|([a, b], _)| 0.5 * a.perp_dot(b)).sum();
         let runs = hatch(std::slice::from_ref(&own), &Grid::new(17.0, 0.2));
-        let took = begun.elapsed();
         let ink: f64 = runs.iter().map(Run::length_mm).sum();
-        println!("{} runs in {took:?}", runs.len());
         assert!((ink * 0.2 - area).abs() < 1e-3 * area, "{ink} {area}");
     }
 }
