@@ -7,11 +7,11 @@
 
 use std::process::ExitCode;
 
-use penvis::builtin;
-use penvis::model::{self, View};
+use penvis::model::View;
 use penvis_core::pipeline::DrawOptions;
 use penvis_core::visibility::Method;
 use penvis_tests::agreement::compare;
+use penvis_tests::models::models;
 use penvis_tests::views::{directions, near};
 
 /// Directions to the eye.
@@ -24,20 +24,11 @@ fn main() -> ExitCode {
         _ => Method::Rays,
     };
     words.retain(|w| w != "rays" && w != "propagate");
-    if words.is_empty() {
-        words = builtin::names().map(|(name, _)| name.to_owned()).collect();
-    }
     println!("| model | places judged alike | differently | not judged (of length) |");
     println!("|---|--:|--:|--:|");
     let mut wrong = 0;
-    for word in &words {
-        let scene = match model::load(std::slice::from_ref(word), &model::Reading::new(&())) {
-            Ok(model) => model.scene,
-            Err(error) => {
-                println!("| {word} | {error} | | |");
-                continue;
-            }
-        };
+    for (word, model) in models(words) {
+        let scene = model.scene;
         let options = DrawOptions { deepest: u32::MAX, visibility, ..DrawOptions::default() };
         let (mut agreed, mut differ, mut length, mut judged) = (0, 0, 0.0, 0.0);
         for direction in directions(VIEWS) {

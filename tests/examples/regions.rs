@@ -12,10 +12,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use penvis::builtin;
-use penvis::model::{self, View};
+use penvis::model::View;
 use penvis_core::pipeline::{DrawOptions, Prepared};
 use penvis_core::scene::Scene;
+use penvis_tests::models::models;
 use penvis_tests::oracle::Oracle;
 use penvis_tests::raster::grid;
 use penvis_tests::regions::against;
@@ -57,24 +57,13 @@ impl Found {
 fn main() -> ExitCode {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
     let args = Args::parse();
-    let mut words = args.models.clone();
-    if words.is_empty() {
-        words = builtin::names().map(|(name, _)| name.to_owned()).collect();
-    }
     println!(
         "| model | views | covered pixels | area in pixels | largest difference | wrong side | in two | undecided | ms without | \
          ms with clusters |"
     );
     println!("|---|{}", "--:|".repeat(9));
     let mut right = true;
-    for word in &words {
-        let model = match model::load(std::slice::from_ref(word), &model::Reading::new(&())) {
-            Ok(model) => model,
-            Err(error) => {
-                println!("| {word} | {error} |");
-                continue;
-            }
-        };
+    for (word, model) in models(args.models) {
         let mut views: Vec<View> = directions(args.views).map(View::orthographic).collect();
         if views.is_empty() {
             views.push(model.view.unwrap_or(View::ISOMETRIC));

@@ -9,34 +9,22 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use glam::DVec3;
-use penvis::builtin;
 use penvis::emit::{Pixels, RENDER_DPI};
-use penvis::model;
 use penvis::page::Layout;
 use penvis::render::grid;
+use penvis_tests::models::models;
 use penvis_tests::plotter::options;
 use penvis_tests::raster::{Agreement, against, prepared};
 
 fn main() -> ExitCode {
-    let mut words: Vec<String> = std::env::args().skip(1).collect();
-    if words.is_empty() {
-        words = builtin::names().map(|(name, _)| name.to_owned()).collect();
-    }
     println!(
         "| model | covered | unpainted | rim | deeper | astray | other surface in the middle | isocurves | points (10⁶) | \
          painting (ms) | shading (ms) |"
     );
     println!("|---|{}", "--:|".repeat(10));
     let mut all = Agreement::default();
-    for word in &words {
-        let model = match model::load(std::slice::from_ref(word), &model::Reading::new(&())) {
-            Ok(model) => model,
-            Err(error) => {
-                println!("| {word} | {error} |");
-                continue;
-            }
-        };
-        let options = options(&[word]);
+    for (word, model) in models(std::env::args().skip(1).collect()) {
+        let options = options(&[&word]);
         let prepared = prepared(&model.scene, &options.view.resolve(model.view, &model.scene));
         let (page, margin_mm) = options.sheet.settle().expect("a sheet");
         let layout = Layout::fit(prepared.extent(), page, margin_mm).expect("it fits");

@@ -5,6 +5,7 @@ pub mod cover;
 pub mod faults;
 pub mod feed;
 pub mod ink;
+pub mod models;
 pub mod oracle;
 pub mod plotter;
 pub mod raster;

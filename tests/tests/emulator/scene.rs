@@ -115,9 +115,9 @@ fn scenes_are_traced_to_the_bit() {
     }
 }
 
-/// All models that fit, on both processors: for the figures, and hours where the machine is busy.
+/// All models that fit, on both processors: for the figures.
 #[test]
-#[ignore = "takes an hour; the figures of all models are what it prints"]
+#[ignore = "takes ten minutes; the figures of all models are what it prints"]
 fn all_models_are_traced_to_the_bit() {
     for board in [Board::Mps2An500Scene, Board::Mps2An386Scene] {
         for model in ["saddle", "torus", "pawn", "teapot", "sphere", "cylinder", "cone", "box", "missile", "wiggle"] {
