@@ -1,18 +1,17 @@
 //! Tones by lines that are there or not.
 //!
-//! Where it is darkest all lines of a grid are drawn, where it is half as dark every second one, and so on: a line has a level,
-//! how often its number can be halved, and is drawn where it is darker than its level asks for. So lines end, and none moves.
+//! Each line has a threshold, and is drawn where it is darker than that. Where it is half as dark as it gets every second line is drawn, where it is a quarter every
+//! fourth one, and between these levels the lines of the one take turns: thresholds are the fractions whose binary digits are those of the line's number
+//! the other way round (van der Corput's sequence). So the ink is as much as it is dark, neighbouring lines end in different places, as an
+//! engraver's do, and none moves.
 
-/// Levels beyond the finest. Lines of the coarsest are 16 times as far apart as those of the finest.
-const COARSEST: u32 = 4;
-
-/// Darkness from which on all lines are drawn: midway between what all of them make and what every second one makes, so that the ink
-/// is nowhere more than a third off.
-const ALL: f64 = 0.75;
+/// How many thresholds there are. Lines of the coarsest level are so many times as far apart as those of the finest.
+const THRESHOLDS: u32 = 1 << u8::BITS;
 
 /// Darkness beyond which a line is drawn, by its number.
 pub(super) fn threshold(line: i64) -> f64 {
-    ALL / f64::from(1_u32 << line.trailing_zeros().min(COARSEST))
+    let digits = line.rem_euclid(THRESHOLDS.into()) as u8;
+    (f64::from(digits.reverse_bits()) + 0.5) / f64::from(THRESHOLDS)
 }
 
 /// The parts of an interval in which `darkness` is more than a threshold. It is looked at in steps no longer than `step`, and
@@ -59,14 +58,40 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_many_lines_are_drawn_as_it_is_dark_to_within_a_third() {
-        for dark in 5..=100 {
-            let dark = f64::from(dark) / 100.0;
-            let drawn = (0..1600).filter(|&line| dark > threshold(line)).count();
-            let share = drawn as f64 / 1600.0;
-            assert!((share - dark).abs() <= dark / 3.0 + 1e-9, "{dark}: {share}");
+    fn as_many_lines_are_drawn_as_it_is_dark() {
+        for dark in 0..=200 {
+            let dark = f64::from(dark) / 200.0;
+            let share = |lines: std::ops::Range<i64>| {
+                let count = lines.end - lines.start;
+                lines.filter(|&line| dark > threshold(line)).count() as f64 / count as f64
+            };
+            // Of all lines, of those about the corner of the sheet, and of a few neighbours.
+            assert!((share(-1280..1280) - dark).abs() <= 0.5 / 256.0 + 1e-12, "{dark}: {}", share(-1280..1280));
+            for first in [-100, -7, 0, 33, 250] {
+                assert!((share(first..first + 100) - dark).abs() < 0.04, "{dark} from {first}");
+                assert!((share(first..first + 16) - dark).abs() <= 2.0 / 16.0, "{dark} from {first}");
+            }
         }
-        assert!((-8..8).all(|line| threshold(line) >= ALL / 16.0));
+        assert!((-300..300).all(|line| threshold(line) > 0.0 && threshold(line) < 1.0));
+    }
+
+    #[test]
+    fn at_dyadic_darknesses_lines_are_equally_far_apart() {
+        for level in 0..6 {
+            let every = 1_i64 << level;
+            let drawn: Vec<i64> = (-64..64).filter(|&line| 1.0 / every as f64 > threshold(line)).collect();
+            assert!(drawn.windows(2).all(|w| w[1] - w[0] == every), "{level}: {drawn:?}");
+        }
+    }
+
+    #[test]
+    fn neighbouring_lines_end_in_different_places() {
+        // On a ramp a line's end is where its threshold is: neighbours end a quarter of the ramp apart at least, and the next ones half of that.
+        for line in -300..300 {
+            for (next, apart) in [(1, 0.25), (2, 0.125)] {
+                assert!((threshold(line) - threshold(line + next)).abs() >= apart, "{line} {next}");
+            }
+        }
     }
 
     #[test]
