@@ -30,8 +30,20 @@ impl<'a> Probe<'a> {
     /// a border or a fold it may be missed. Some microseconds.
     #[must_use]
     pub fn place(&self, surface: usize, screen: DVec2, scratch: &mut RayScratch) -> Option<Place> {
-        let uv = self.occluders.hits(screen, scratch).iter().find(|hit| hit.surface == surface)?.uv;
-        Some(Place { uv, model: self.geometry.view.model_point(surface, uv) })
+        self.nearest(&|other| other == surface, screen, scratch).map(|(_, place)| place)
+    }
+
+    /// The nearest of the surfaces for which `is_one` holds, and its place behind a point of the screen; as [`place`](Self::place).
+    #[must_use]
+    pub fn nearest(
+        &self,
+        is_one: &dyn Fn(usize) -> bool,
+        screen: DVec2,
+        scratch: &mut RayScratch,
+    ) -> Option<(usize, Place)> {
+        let hit = self.occluders.hits(screen, scratch).iter().find(|hit| is_one(hit.surface))?;
+        let (surface, uv) = (hit.surface, hit.uv);
+        Some((surface, Place { uv, model: self.geometry.view.model_point(surface, uv) }))
     }
 
     /// What a tone makes of places.
@@ -84,6 +96,9 @@ mod tests {
             assert!((dark - want).abs() < 1e-9, "{screen}: {dark}");
         }
         assert_eq!(probe.place(0, DVec2::new(0.8, 0.7), &mut scratch), None);
+        let nearest = probe.nearest(&|_| true, DVec2::new(0.3, 0.41), &mut scratch);
+        assert_eq!(nearest.map(|(surface, _)| surface), Some(0));
+        assert_eq!(probe.nearest(&|surface| surface != 0, DVec2::ZERO, &mut scratch), None);
         assert_eq!(probe.place(1, DVec2::ZERO, &mut scratch), None);
     }
 }

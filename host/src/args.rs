@@ -82,7 +82,7 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
     pub light: String,
     /// Cover what is visible of surfaces with lines, which take the place of isocurves unless --curves or --iso asks for these: hatch
-    /// (parallel), cross (both ways), or none. They follow --shade [default: the scene's, or none]
+    /// (parallel), cross (both ways), contour (along the outlines, one within the other), or none. They follow --shade [default: the scene's, or none]
     #[arg(long, value_name = "KIND")]
     pub fill: Option<String>,
     /// Angle of these lines, counter-clockwise from the lower side of the sheet [default: the scene's, or 45]
@@ -92,7 +92,7 @@ pub struct DrawingArgs {
     /// --shade]
     #[arg(long, value_name = "MM")]
     pub fill_pitch: Option<f64>,
-    /// What they keep from outlines [default: the scene's, or half the width of the pen]
+    /// What they keep from outlines [default: the scene's, or half the width of the pen, or with contour what they keep from one another]
     #[arg(long, value_name = "MM")]
     pub fill_gap: Option<f64>,
     /// Largest angle between two facets of a mesh that stand for one smooth surface; where they meet at a larger one there is a

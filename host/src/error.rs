@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::device::DeviceError;
 use crate::emit::EmitError;
+use crate::fill::OffsetError;
 use crate::marking::MarkError;
 use crate::model::ModelError;
 use crate::options::OptionError;
@@ -56,6 +57,9 @@ pub enum Error {
     /// The picture does not go on the paper.
     #[error(transparent)]
     Layout(#[from] LayoutError),
+    /// What is visible cannot be filled.
+    #[error("--fill: {0}")]
+    Fill(#[from] OffsetError),
     /// The sheet cannot be marked.
     #[error(transparent)]
     Mark(#[from] MarkError),

@@ -71,7 +71,7 @@ impl Settled {
         let inks = Inks::new(inks).with_layers(layer_pens);
         let fill = |(surface, choice): (usize, &StyleChoice)| {
             let pen = inks.visible(surface, CurveKind::Hatch, CurveKind::Hatch.name());
-            options.style.fill.or(choice.fill).settle(pens.width_mm(pen), options.tone.is_some())
+            options.style.fill.or(choice.fill).settle(pen, pens.width_mm(pen), options.tone.is_some())
         };
         let fills = choices.iter().enumerate().map(fill).collect();
         let is_omitted = (0..choices.len()).all(|surface| inks.of(surface).hidden == Hidden::Omit);

@@ -47,7 +47,17 @@ impl Drawn {
     fn nearest_mm(&self) -> f64 {
         let segments: Vec<[DVec2; 2]> = self.outlines().flat_map(|l| l.windows(2)).map(|w| [w[0], w[1]]).collect();
         let hatches = self.hatches().flat_map(|l| l.windows(2)).map(|w| [w[0], w[1]]);
-        hatches.flat_map(|h| segments.iter().map(move |s| apart(h, *s))).fold(f64::INFINITY, f64::min)
+        let mut nearest = f64::INFINITY;
+        for h in hatches {
+            let (low, high) = (h[0].min(h[1]), h[0].max(h[1]));
+            // What is farther off than the nearest so far by its box alone is not looked at.
+            let near = |s: &&[DVec2; 2]| {
+                let away = (low - s[0].max(s[1])).max(s[0].min(s[1]) - high);
+                away.max_element() < nearest
+            };
+            nearest = segments.iter().filter(near).map(|s| apart(h, *s)).fold(nearest, f64::min);
+        }
+        nearest
     }
 }
 
@@ -113,26 +123,65 @@ view = 'top'
 }
 
 #[test]
-fn hatching_keeps_its_gap_from_all_outlines_of_models() {
+fn rings_are_as_much_ink_as_a_disk_takes_and_keep_their_distance() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ball.toml"), BALL).unwrap();
+    // Circles at 1, 3, 5, … mm from the rim of a disk with a radius of 50 mm.
+    let own = drawn(folder.path(), "ball.toml --width 100mm --fill contour --fill-pitch 2 --fill-gap 1");
+    assert_eq!(own.hatches().count(), 25);
+    let whole = own.ink_mm();
+    assert!((2.0 * whole - PI * 50.0 * 50.0).abs() < 0.01 * whole, "{whole}");
+    assert!(own.hatches().all(|ring| ring.first() == ring.last()));
+    // Without a gap of their own they are as far from the rim as from one another.
+    let usual = drawn(folder.path(), "ball.toml --width 100mm --fill contour --fill-pitch 2");
+    assert!((usual.nearest_mm() - 2.0).abs() < 0.02, "{}", usual.nearest_mm());
+    let half = drawn(folder.path(), "ball.toml --width 100mm --fill contour --fill-pitch 1 --fill-gap 0.5 --shade 0.5")
+        .ink_mm();
+    assert!((half - PI * 50.0 * 50.0 / 2.0).abs() < 0.03 * half, "{half}");
+}
+
+#[test]
+fn there_is_as_much_ink_as_it_is_dark() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("square.toml"), "[[object]]\nrectangle = { size = [1, 1] }\n[camera]\nview = 'top'\n")
+        .unwrap();
+    for kind in ["hatch", "cross"] {
+        let ink = |words: &str| {
+            let page = "--width 160mm --fill-pitch 0.5 --fill-gap 0 --fill-angle 0";
+            drawn(folder.path(), &format!("square.toml {page} --fill {kind} {words}")).ink_mm()
+        };
+        let whole = ink("");
+        for dark in [0.05, 0.1, 0.3, 0.45, 0.6, 0.7, 0.85, 0.95] {
+            let share = ink(&format!("--shade {dark}")) / whole;
+            println!("{kind} {dark}: {share}");
+            assert!((share - dark).abs() < 0.01, "{kind} {dark}: {share}");
+        }
+    }
+}
+
+#[test]
+fn fills_keep_their_gap_from_all_outlines_of_models() {
     let folder = tempfile::tempdir().unwrap();
     let gap = 0.4;
-    let mut worst = f64::INFINITY;
-    for model in ["torus", "vase", "pawn"] {
-        let own = drawn(folder.path(), &format!("{model} --fill hatch --fill-pitch 5 --fill-gap {gap}"));
-        let nearest = own.nearest_mm();
-        println!("{model}: {} lines, {:.0} mm, {nearest} mm from an outline", own.hatches().count(), own.ink_mm());
-        assert!(own.ink_mm() > 500.0, "{model}: {}", own.ink_mm());
-        worst = worst.min(nearest);
+    for kind in ["hatch", "cross --fill-angle 0", "contour"] {
+        let mut worst = f64::INFINITY;
+        for model in ["torus", "vase", "pawn", "teapot", "teapot --view front", "vase --view top"] {
+            let own = drawn(folder.path(), &format!("{model} --fill {kind} --fill-pitch 4 --fill-gap {gap}"));
+            let nearest = own.nearest_mm();
+            println!("{kind}, {model}: {} lines, {:.0} mm, {nearest} mm", own.hatches().count(), own.ink_mm());
+            assert!(own.ink_mm() > 500.0, "{kind}, {model}: {}", own.ink_mm());
+            worst = worst.min(nearest);
+        }
+        println!("{kind}: nearest to an outline: {worst} mm of {gap} mm");
+        assert!(worst > gap - 0.01, "{kind}: {worst}");
     }
-    println!("nearest to an outline: {worst} mm of {gap} mm");
-    assert!(worst > gap - 0.01, "{worst}");
 }
 
 #[test]
 fn what_is_no_fill_is_told() {
     let folder = tempfile::tempdir().unwrap();
     for (words, told) in [
-        ("--fill dots", "--fill dots: is not one of hatch, cross, none"),
+        ("--fill dots", "--fill dots: is not one of hatch, cross, contour, none"),
         ("--fill hatch --fill-pitch 0", "--fill-pitch 0: is not a distance in mm from 0.01 to 1000"),
         ("--fill hatch --fill-gap=-1", "--fill-gap"),
         ("--curves hatch", "--fill"),

@@ -17,7 +17,7 @@ use crate::settle::Settled;
 /// The lines of all fills of the visible regions, with gaps to the outlines among the polylines that are drawn.
 ///
 /// # Errors
-/// If Ctrl-C or the time limit ends it.
+/// If Ctrl-C or the time limit ends it, or regions are too large on the paper for what they are filled with.
 pub(super) fn fills(
     prepared: &Prepared,
     regions: &VisibleRegions,
@@ -33,7 +33,7 @@ pub(super) fn fills(
     let tolerance_mm = settled.tolerance_mm;
     let canvas = Canvas { probe: &probe, layout, tone: settled.tone, tolerance_mm };
     let stops = || interrupt::is_wanted() || watch.is_over();
-    let lines = cover(&areas, &settled.fills, &outlines, &canvas, &stops);
+    let lines = cover(&areas, &settled.fills, &outlines, &canvas, &stops)?;
     if stops() {
         return Err(watch.reason(penvis_core::stop::Stopped.into()));
     }
@@ -47,8 +47,8 @@ pub(super) fn fills(
         visible: true,
         qi: 0,
         certainty: Certainty::Proven,
-        points: points.to_vec(),
-        page: page.to_vec(),
+        points,
+        page,
     });
     let Some(window) = layout.window() else { return Ok(whole.collect()) };
     let mut inside = Vec::new();

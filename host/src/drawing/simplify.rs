@@ -34,8 +34,8 @@ pub(crate) fn simplify(line: &mut Polyline, chord_mm: f64) {
     }
 }
 
-/// Indices of the vertices that are needed.
-fn kept(page: &[DVec2], chord: f64) -> Vec<usize> {
+/// Indices of the vertices that are needed, as [`simplify`] says; the first and the last are among them.
+pub(crate) fn kept(page: &[DVec2], chord: f64) -> Vec<usize> {
     let Some(&first) = page.first() else { return Vec::new() };
     let mut kept = vec![0];
     let mut wedge = Wedge::new(first, chord);

@@ -39,18 +39,23 @@ impl FillChoice {
         }
     }
 
-    /// The fill, if one is asked for, for a pen so wide in mm. Lines that make a tone are by default twice as far apart where it is darkest, and the gap is half
-    /// that width.
+    /// The fill, if one is asked for, for a pen with a number and so wide in mm. Lines that make a tone are by default twice as far apart where it is darkest, and the gap is half
+    /// that width; lines along contours are as far from these as from one another.
     #[must_use]
-    pub fn settle(self, pen_width_mm: f64, toned: bool) -> Option<Fill> {
+    pub fn settle(self, pen: u32, pen_width_mm: f64, toned: bool) -> Option<Fill> {
         let kind = self.kind.flatten()?;
         let usual = if toned { (2.0 * pen_width_mm).max(FINEST_MM) } else { USUAL_PITCH_MM };
-        Some(Fill {
-            kind,
-            degrees: self.degrees.unwrap_or(USUAL_DEGREES),
-            pitch_mm: self.pitch_mm.unwrap_or(usual),
-            gap_mm: self.gap_mm.unwrap_or(pen_width_mm / 2.0),
-        })
+        let pitch_mm = self.pitch_mm.unwrap_or(usual);
+        let gap_mm = self.gap_mm.unwrap_or(match kind {
+            FillKind::Hatch | FillKind::Cross => pen_width_mm / 2.0,
+            FillKind::Contour => pitch_mm,
+        });
+        // Fills that differ in nothing that shows are one.
+        let degrees = match kind {
+            FillKind::Hatch | FillKind::Cross => self.degrees.unwrap_or(USUAL_DEGREES),
+            FillKind::Contour => 0.0,
+        };
+        Some(Fill { kind, degrees, pitch_mm, gap_mm, pen })
     }
 }
 
@@ -62,8 +67,9 @@ pub(crate) fn kind(word: &str) -> Result<Option<FillKind>, String> {
     match word {
         "hatch" => Ok(Some(FillKind::Hatch)),
         "cross" => Ok(Some(FillKind::Cross)),
+        "contour" => Ok(Some(FillKind::Contour)),
         "none" => Ok(None),
-        _ => Err("is not one of hatch, cross, none".into()),
+        _ => Err("is not one of hatch, cross, contour, none".into()),
     }
 }
 
@@ -99,11 +105,13 @@ mod tests {
     fn what_is_left_open_is_as_the_other_says_or_as_usual() {
         let above = FillChoice { degrees: Some(30.0), ..FillChoice::default() };
         let below = FillChoice { kind: Some(Some(FillKind::Cross)), degrees: Some(10.0), ..FillChoice::default() };
-        let fill = above.or(below).settle(0.4, false).unwrap();
-        assert_eq!(fill, Fill { kind: FillKind::Cross, degrees: 30.0, pitch_mm: 1.0, gap_mm: 0.2 });
-        assert_eq!(below.settle(0.4, true).unwrap().pitch_mm, 0.8);
+        let fill = above.or(below).settle(3, 0.4, false).unwrap();
+        assert_eq!(fill, Fill { kind: FillKind::Cross, degrees: 30.0, pitch_mm: 1.0, gap_mm: 0.2, pen: 3 });
+        assert_eq!(below.settle(3, 0.4, true).unwrap().pitch_mm, 0.8);
+        let rings = FillChoice { kind: Some(Some(FillKind::Contour)), ..FillChoice::default() };
+        assert_eq!(rings.settle(3, 0.4, true).map(|fill| (fill.pitch_mm, fill.gap_mm)), Some((0.8, 0.8)));
         // Nothing is a kind too, which another choice does not change.
         let none = FillChoice { kind: Some(None), ..FillChoice::default() };
-        assert_eq!((none.or(below).settle(0.4, true), above.settle(0.4, true)), (None, None));
+        assert_eq!((none.or(below).settle(3, 0.4, true), above.settle(3, 0.4, true)), (None, None));
     }
 }

@@ -7,18 +7,21 @@ use penvis_core::visibility::RayScratch;
 use rayon::prelude::*;
 
 use super::clear::Gap;
+use super::contour::rings;
 use super::hatch::{Grid, Run, hatch};
+use super::offset::OffsetError;
+use super::placed;
 use super::tone::{darker, threshold};
 use super::{Area, Fill, FillKind};
 use crate::page::Layout;
 
 /// Lines shorter than this share of the pitch are left out: a pen makes dots of them. More is left out where a tone lets lines end
 /// anywhere.
-const SHORTEST: f64 = 0.25;
-const SHORTEST_TONED: f64 = 1.0;
+pub(super) const SHORTEST: f64 = 0.25;
+pub(super) const SHORTEST_TONED: f64 = 1.0;
 
 /// What a tone is looked at by, in pitches.
-const LOOK: f64 = 1.0;
+pub(super) const LOOK: f64 = 1.0;
 
 /// What is known of the picture that is filled.
 #[derive(Clone, Copy)]
@@ -38,10 +41,10 @@ pub struct Canvas<'a> {
 pub struct Line {
     /// Index of the surface on which it begins.
     pub surface: usize,
-    /// Its ends on the paper in mm.
-    pub page: [DVec2; 2],
+    /// Its vertices on the paper in mm, two or more; closed when the last equals the first.
+    pub page: Vec<DVec2>,
     /// The places on the surfaces there, in model space.
-    pub points: [DVec3; 2],
+    pub points: Vec<DVec3>,
 }
 
 /// A run with the surfaces on which it begins and ends.
@@ -60,15 +63,17 @@ struct Set {
 /// The lines of the fills of all areas, fill by fill. `fills` has the fill of each surface by its index; nearer to a line of `outlines` than
 /// its gap there is nothing. Where `stops` says so, the rest is left out.
 ///
-/// Cost: that of [`hatch`] and [`Gap`], and a sight line for each end, or with a tone for each pitch of the lines.
-#[must_use]
+/// Cost: that of [`hatch`] and [`Gap`], or of [`rings`], and a sight line for each vertex, or with a tone for each pitch of the lines.
+///
+/// # Errors
+/// If regions are too large on the paper for lines along their contours.
 pub fn cover(
     areas: &[Area],
     fills: &[Option<Fill>],
     outlines: &[&[DVec2]],
     canvas: &Canvas<'_>,
     stops: &(dyn Fn() -> bool + Sync),
-) -> Vec<Line> {
+) -> Result<Vec<Line>, OffsetError> {
     let of = |area: &Area| fills.get(area.surface).copied().flatten();
     let mut kinds: Vec<Fill> = Vec::new();
     for fill in areas.iter().filter_map(of) {
@@ -80,6 +85,10 @@ pub fn cover(
     let mut lines = Vec::new();
     for fill in &kinds {
         let own: Vec<&Area> = areas.iter().filter(|area| of(area).as_ref() == Some(fill)).collect();
+        if fill.kind == FillKind::Contour {
+            let found = rings(&own, outlines, fill, canvas.tolerance_mm, stops)?;
+            lines.extend(placed::lines(&found, &own, fill, shading.as_ref(), canvas, stops));
+        }
         for set in sets(fill) {
             let gap = Gap::new(&set.grid, outlines.iter().copied(), fill.gap_mm);
             let cover = |area: &&Area| {
@@ -101,15 +110,16 @@ pub fn cover(
             lines.extend(found.collect::<Vec<_>>().into_iter().flatten());
         }
     }
-    lines
+    Ok(lines)
 }
 
-/// The sets of lines of a fill.
+/// The sets of parallel lines of a fill.
 fn sets(fill: &Fill) -> Vec<Set> {
     let set = |degrees: f64, darkness| Set { grid: Grid::new(degrees, fill.pitch_mm), darkness };
     match fill.kind {
         FillKind::Hatch => vec![set(fill.degrees, [0.0, 1.0])],
         FillKind::Cross => vec![set(fill.degrees, [0.0, 0.5]), set(fill.degrees + 90.0, [0.5, 1.0])],
+        FillKind::Contour => Vec::new(),
     }
 }
 
@@ -171,8 +181,9 @@ fn line(stretch: &Stretch, grid: &Grid, canvas: &Canvas<'_>, scratch: &mut RaySc
         }
         None
     };
-    let points = [end(0)?, end(1)?];
-    Some(Line { surface: surfaces[0], page: run.along.map(|along| grid.place(run.line, along)), points })
+    let points = vec![end(0)?, end(1)?];
+    let page = run.along.map(|along| grid.place(run.line, along)).to_vec();
+    Some(Line { surface: surfaces[0], page, points })
 }
 
 #[cfg(test)]

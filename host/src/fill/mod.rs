@@ -5,22 +5,31 @@
 //! | `choice` | what fill is asked for |
 //! | `area` | the shapes that are filled |
 //! | `hatch` | parallel lines inside a shape |
+//! | `contour` | lines along the contours of shapes |
+//! | `offset` | shapes kept away from lines, and made smaller |
 //! | `clear` | the gap that lines keep to outlines |
 //! | `tone` | lines that end where it is light |
+//! | `along`, `placed` | lines of many vertices, and the places under them |
 //! | `cover` | all of it for a picture |
 
+mod along;
 mod area;
 pub(crate) mod choice;
 mod clear;
+mod contour;
 mod cover;
 mod hatch;
+mod offset;
+mod placed;
 mod tone;
 
 pub use area::{Area, Loop};
 pub use choice::FillChoice;
 pub use clear::Gap;
+pub use contour::{Ring, rings};
 pub use cover::{Canvas, Line, cover};
 pub use hatch::{Grid, Run, hatch};
+pub use offset::OffsetError;
 
 /// What a fill is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +38,8 @@ pub enum FillKind {
     Hatch,
     /// Two sets of them, at a right angle. With a tone, the second begins where the first can make it no darker.
     Cross,
+    /// Lines along the outlines, one within the other until nothing is left.
+    Contour,
 }
 
 /// How a surface is filled.
@@ -36,10 +47,12 @@ pub enum FillKind {
 pub struct Fill {
     /// What with.
     pub kind: FillKind,
-    /// Angle of the lines in degrees, counter-clockwise from the lower side of the sheet.
+    /// Angle of parallel lines in degrees, counter-clockwise from the lower side of the sheet; 0 for others.
     pub degrees: f64,
     /// Their distance in mm, positive; with a tone, where it is darkest.
     pub pitch_mm: f64,
     /// What they keep from outlines in mm, 0 or more.
     pub gap_mm: f64,
+    /// Number of the pen that draws them.
+    pub pen: u32,
 }
