@@ -14,10 +14,14 @@ use penvis_core::visible::{VisibleLoop, VisibleRegion, VisibleRegions};
 const TOLERANCE: f64 = 1e-4;
 
 fn seen(surfaces: &[Surface], camera: &Camera) -> VisibleRegions {
+    seen_within(surfaces, camera, TOLERANCE)
+}
+
+fn seen_within(surfaces: &[Surface], camera: &Camera, tolerance: f64) -> VisibleRegions {
     let named = |(k, s): (usize, &Surface)| SceneSurface::new(format!("s{k}"), s.clone());
     let scene = Scene { name: "scene".into(), surfaces: surfaces.iter().enumerate().map(named).collect() };
     let prepared = Prepared::new(&scene, camera, &DrawOptions::default(), &()).unwrap();
-    let regions = prepared.visible_regions(TOLERANCE, 0.2, &()).unwrap();
+    let regions = prepared.visible_regions(tolerance, 0.2, &()).unwrap();
     assert_eq!(regions.undecided, []);
     check(&prepared, &regions);
     regions
@@ -74,6 +78,34 @@ fn a_visible_sphere_is_a_disc() {
     // From the distance d the tangents make an angle with sine r / d.
     let camera = Camera::perspective(DVec3::new(2.0, 3.0, 4.0), DVec3::ZERO, DVec3::Z).unwrap();
     near(total(&seen(&ball, &camera)), PI * 29.0 * 2.25 / (29.0 - 2.25));
+}
+
+/// A sphere of two halves that meet in a meridian. Seen from nearly above the middle of one of them, that meridian is an ellipse
+/// within the silhouette, which is a circle, and what is seen of the other half lies between the two: a crescent as wide as the
+/// cosine of the tilt is less than 1, narrower than chords are good to.
+#[test]
+fn a_visible_crescent_may_be_narrower_than_the_chords_of_its_borders() {
+    let [a, b] = halves_of_a_sphere();
+    for tilt in [0.1, 0.03, 0.01] {
+        for tolerance in [3e-3, 1e-3, 1e-4] {
+            let regions =
+                seen_within(&[a.clone(), b.clone()], &along([f64::sin(tilt), f64::cos(tilt), 0.0]), tolerance);
+            let areas: Vec<f64> = regions.regions.iter().map(VisibleRegion::area).collect();
+            let expected = [0.5 * PI * (1.0 + f64::cos(tilt)), 0.5 * PI * (1.0 - f64::cos(tilt))];
+            // Chords that are within the tolerance of a border as long as the circle.
+            let room = 2.0 / 3.0 * TAU * tolerance;
+            assert_eq!(areas.len(), 2, "{tilt}, {tolerance}: {areas:?}");
+            for (got, expected) in areas.iter().zip(expected) {
+                assert!((got - expected).abs() <= room, "{tilt}, {tolerance}: {got} is not {expected}");
+            }
+        }
+    }
+}
+
+/// The unit sphere in two halves, of which the first has positive y.
+fn halves_of_a_sphere() -> [Surface; 2] {
+    let (a, b) = sphere(&Frame::WORLD, 1.0).unwrap().split_u(0.5).unwrap();
+    [a, b]
 }
 
 #[test]

@@ -148,7 +148,7 @@ pub(crate) struct BorderOptions {
 /// The visible regions of all surfaces, from all that is seen of the curves that can border them.
 pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], options: BorderOptions) -> VisibleRegions {
     let map = planar::map(subject, sightings, options.tolerance, options.contact);
-    let (sides, rays) = sides::sides(subject, &map);
+    let (sides, rays) = sides::sides(subject, &map, options.tolerance);
     let inner = map.edges.iter().zip(&sides).filter(|(e, s)| s.as_ref().is_some_and(|s| walk::is_inner(subject, e, s)));
     let mut out = VisibleRegions {
         stats: VisibleStats {

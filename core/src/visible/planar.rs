@@ -204,7 +204,8 @@ fn snap(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, contact: f
             }
             let part = &parts[k];
             let curve = &subject.curves[part.curve];
-            let (t, distance) = nearest(|t| curve.point(g, t).truncate(), q, [part.places[i - 1].0, part.places[i].0]);
+            let (t, distance) =
+                nearest(|t| curve.point(g, t).truncate(), q, [part.places[i - 1].0, part.places[i].0], 0.0);
             if distance > contact {
                 continue;
             }
@@ -225,25 +226,30 @@ fn snap(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, contact: f
     }
 }
 
-/// Parameter and distance of the point of a curve that is nearest to `q`, between two parameters, by golden sections.
-fn nearest(point: impl Fn(f64) -> DVec2, q: DVec2, [mut a, mut b]: [f64; 2]) -> (f64, f64) {
+/// Parameter and distance of the point of a curve that is nearest to `q`, between two parameters, by golden sections, until the part
+/// that is left is shorter than so much of the distance.
+pub(super) fn nearest(point: impl Fn(f64) -> DVec2, q: DVec2, [mut a, mut b]: [f64; 2], precision: f64) -> (f64, f64) {
     const RATIO: f64 = 0.618_033_988_749_895;
-    let distance = |t: f64| point(t).distance_squared(q);
+    let offset = |t: f64| point(t) - q;
     let (mut s, mut t) = (b - RATIO * (b - a), a + RATIO * (b - a));
-    let (mut ds, mut dt) = (distance(s), distance(t));
+    let (mut ds, mut dt) = (offset(s), offset(t));
     for _ in 0..60 {
-        if ds <= dt {
+        // What is left is a little more than four times as long as what lies between the two.
+        if 5.0 * ds.distance(dt) <= precision * ds.length().min(dt.length()) {
+            break;
+        }
+        if ds.length_squared() <= dt.length_squared() {
             (b, t, dt) = (t, s, ds);
             s = b - RATIO * (b - a);
-            ds = distance(s);
+            ds = offset(s);
         } else {
             (a, s, ds) = (s, t, dt);
             t = a + RATIO * (b - a);
-            dt = distance(t);
+            dt = offset(t);
         }
     }
-    let (t, d) = if ds <= dt { (s, ds) } else { (t, dt) };
-    (t, libm::sqrt(d))
+    let (t, d) = if ds.length_squared() <= dt.length_squared() { (s, ds) } else { (t, dt) };
+    (t, d.length())
 }
 
 /// The edges between the nodes of the parts.
@@ -320,7 +326,7 @@ fn runs_along(subject: &Subject<'_>, edge: &Edge, other: &Edge, contact: f64) ->
     let curve = |e: &Edge| &subject.curves[e.curve];
     let near = |q: DVec2| {
         let point = |t: f64| curve(other).point(g, t).truncate();
-        other.places.windows(2).any(|w| nearest(point, q, [w[0].0, w[1].0]).1 <= contact)
+        other.places.windows(2).any(|w| nearest(point, q, [w[0].0, w[1].0], 0.0).1 <= contact)
     };
     let middle = |w: &[(f64, DVec3)]| curve(edge).point(g, 0.5 * (w[0].0 + w[1].0)).truncate();
     // Where two edges are not one they are so nowhere as a rule, and least in the middle.

@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
-use super::planar::{Edge, Map};
+use super::planar::{Edge, Map, nearest};
 use crate::extract::{Path, SurfaceCurve, lies_left, lies_left_along, side_lies_left, side_lies_left_along};
 use crate::grid::Grid;
 use crate::line::Line;
@@ -83,11 +83,17 @@ const PLACES: [f64; 9] = [0.5, 0.31, 0.69, 0.17, 0.83, 0.41, 0.59, 0.07, 0.93];
 /// Farthest sight lines from an edge, of the size of the picture.
 const FARTHEST: f64 = 0.01;
 
+/// Farthest that a curve is from its chords, in tolerances, which are measured at three places of each: as far again is on the safe side.
+const SAG: f64 = 2.0;
+
+/// Part of a distance from another edge to which it is sought.
+const PRECISION: f64 = 0.1;
+
 /// How much nearer the second sight line passes.
 const NEARER: f64 = 0.125;
 
-/// Looks beside every edge; an edge beside which the sight lines do not agree is left undecided. Also the number of sight lines.
-pub(super) fn sides(subject: &Subject<'_>, map: &Map) -> (Vec<Option<Sides>>, u64) {
+/// Looks beside every edge, whose chords are within `tolerance`; an edge beside which the sight lines do not agree is left undecided. Also the number of sight lines.
+pub(super) fn sides(subject: &Subject<'_>, map: &Map, tolerance: f64) -> (Vec<Option<Sides>>, u64) {
     let segments: Vec<(usize, usize)> =
         map.edges.iter().enumerate().flat_map(|(k, e)| (1..e.places.len()).map(move |i| (k, i))).collect();
     let corners = |&(k, i): &(usize, usize)| {
@@ -95,7 +101,7 @@ pub(super) fn sides(subject: &Subject<'_>, map: &Map) -> (Vec<Option<Sides>>, u6
         (a.min(b), a.max(b))
     };
     let grid = Grid::new(segments.iter().map(corners));
-    let look = Look { subject, map, segments: &segments, grid, size: subject.geometry.view.size() };
+    let look = Look { subject, map, segments: &segments, grid, tolerance, size: subject.geometry.view.size() };
     let one = |scratch: &mut RayScratch, k: usize| {
         let before = scratch.stats.rays;
         (look.edge(k, scratch), scratch.stats.rays - before)
@@ -123,6 +129,7 @@ struct Look<'a> {
     map: &'a Map,
     segments: &'a [(usize, usize)],
     grid: Grid,
+    tolerance: f64,
     size: f64,
 }
 
@@ -188,15 +195,28 @@ impl Look<'_> {
             d.truncate().try_normalize().filter(|d| d.dot(chord) > 0.0).or_else(|| chord.try_normalize())?;
         let q = p.truncate();
         let (mut clearance, mut near) = (farthest, Vec::new());
-        self.grid.near(q - farthest, q + farthest, &mut near);
+        let reach = farthest + SAG * self.tolerance;
+        self.grid.near(q - reach, q + reach, &mut near);
         for &s in &near {
             let (other, i) = self.segments[s as usize];
             if other != k {
-                let [a, b] = segment(&self.map.edges[other], i);
-                clearance = clearance.min(from_chord(q.extend(0.0), a.extend(0.0), b.extend(0.0)));
+                clearance = clearance.min(self.distance(q, other, i, clearance));
             }
         }
         Some(Place { t, p, left: direction.perp(), clearance })
+    }
+
+    /// Distance of a place from the part of an edge over a chord, if it is less than `least`. The curve it is that counts: where two
+    /// edges are nearer to each other than to their chords, the chords may be in any order.
+    fn distance(&self, q: DVec2, edge: usize, i: usize, least: f64) -> f64 {
+        let edge = &self.map.edges[edge];
+        let [a, b] = segment(edge, i);
+        if from_chord(q.extend(0.0), a.extend(0.0), b.extend(0.0)) - SAG * self.tolerance >= least {
+            return least;
+        }
+        let curve = &self.subject.curves[edge.curve];
+        let point = |t: f64| curve.point(&self.subject.geometry, t).truncate();
+        nearest(point, q, [edge.places[i - 1].0, edge.places[i].0], PRECISION).1
     }
 
     /// What lies on both sides of a place, if it is clear. `fold` is the side on which the sheets of a silhouette lie, if that is known.
