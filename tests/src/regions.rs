@@ -1,20 +1,28 @@
 //! Visible regions held against the painted preview, pixel by pixel.
 //!
 //! What is painted into a pixel is the nearest of points of the surfaces, which are found by isocurves and distances, with
-//! nothing of the curves, the crossings and the sight lines that regions are made of.
+//! nothing of the curves, the crossings and the sight lines that regions are made of. It is nowhere farther than the nearest surface
+//! within half a pixel, but may be of another one: where one lies closely behind another and both are steep, the nearest of
+//! some points of the one may be nearer than that of some of the other. So where region and paint differ, the triangles of the
+//! [oracle](crate::oracle) say what is nearest in the middle of the pixel.
 
 use glam::DVec2;
 use penvis_core::pipeline::Prepared;
 use penvis_core::render::{PixelGrid, Raster};
 use penvis_core::visible::{VisibleRegion, VisibleRegions};
 
+use crate::oracle::{Nearest, Oracle};
+
 /// What the pixels say of regions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Agreement {
     /// Pixels farther than one from every border.
     pub clear: usize,
-    /// Of these, pixels that another surface, or none, was painted into than the one whose region holds them.
+    /// Of these, pixels that another surface, or none, was painted into than the one whose region holds them, and in whose middle the
+    /// oracle does not see that one surely.
     pub wrong: usize,
+    /// Of these, pixels that another surface was painted into, though in their middle the oracle sees that whose region holds them.
+    pub steep: usize,
     /// Of these, pixels whose middle is in several regions. At a border that two share chords of the one and of the other are within the tolerance
     /// of it, and a middle may be between them.
     pub shared: usize,
@@ -22,9 +30,14 @@ pub struct Agreement {
     pub area: f64,
 }
 
-/// Compares each pixel.
+/// Compares each pixel; `oracle` is asked for where they differ.
 #[must_use]
-pub fn against(prepared: &Prepared, regions: &VisibleRegions, raster: &Raster) -> Agreement {
+pub fn against<'a>(
+    prepared: &Prepared,
+    regions: &VisibleRegions,
+    raster: &Raster,
+    oracle: impl Fn() -> &'a Oracle,
+) -> Agreement {
     let grid = &raster.grid;
     let view = prepared.geometry().view;
     let near = near_borders(regions, grid);
@@ -40,7 +53,11 @@ pub fn against(prepared: &Prepared, regions: &VisibleRegions, raster: &Raster) -
     for k in (0..owners.len()).filter(|&k| !near[k]) {
         let painted = raster.samples[k].map(|s| view.patches()[s.patch].surface);
         out.clear += 1;
-        out.wrong += usize::from(painted != owners[k]);
+        if painted != owners[k] {
+            let held = owners[k].map_or(Nearest::Nothing, Nearest::Surface);
+            let seen = oracle().nearest(grid.centre(k % grid.width, k / grid.width));
+            *if seen == held { &mut out.steep } else { &mut out.wrong } += 1;
+        }
     }
     out
 }

@@ -1,11 +1,17 @@
 //! Visible regions of every built-in model, from its own view, along the axes, from where nothing is in line with anything, and in
-//! perspective: no two overlap, and no pixel farther than one from a border is on the wrong side of it.
+//! perspective: no two overlap, and no pixel farther than one from a border is on the wrong side of it; and they add up to what
+//! the scene covers.
+
+use std::cell::OnceCell;
 
 use glam::DVec3;
 use penvis::builtin;
 use penvis::model::View;
+use penvis_core::visible::VisibleRegion;
+use penvis_tests::oracle::Oracle;
 use penvis_tests::raster::{grid, prepared};
 use penvis_tests::regions::against;
+use penvis_tests::views::directions;
 
 /// Pixels of the longer side.
 const PIXELS: usize = 120;
@@ -35,7 +41,9 @@ fn every_pixel_is_in_the_region_of_the_surface_that_is_painted_into_it() {
             let grid = grid(&prepared, PIXELS);
             let regions = prepared.visible_regions(0.01 * grid.pixel, 0.3, &()).expect("nothing stops it");
             let raster = prepared.render(&grid, &()).expect("nothing stops it");
-            let found = against(&prepared, &regions, &raster);
+            let oracle = OnceCell::new();
+            let found =
+                against(&prepared, &regions, &raster, || oracle.get_or_init(|| Oracle::new(&model.scene, view)));
             assert!(found.wrong + found.shared == 0, "{name}, view {k}: {found:?}");
             assert!(found.clear > 1000 && found.area > 300.0, "{name}, view {k}: {found:?}");
             assert!(regions.undecided.len() <= UNDECIDED[0], "{name}, view {k}: {:?}", regions.undecided);
@@ -43,4 +51,52 @@ fn every_pixel_is_in_the_region_of_the_surface_that_is_painted_into_it() {
         }
     }
     assert!(undecided <= UNDECIDED[1], "{undecided}");
+}
+
+/// A direction, one of twenty all round.
+fn direction(k: usize) -> View {
+    View::orthographic(directions(20).nth(k).expect("one of twenty"))
+}
+
+/// Where silhouettes run beside joins of patches, nearer than chords are to either.
+#[test]
+fn regions_add_up_to_what_the_scene_covers() {
+    for (name, k) in [("teapot", 2), ("teapot", 4), ("spring", 0), ("spring", 19), ("vase", 12), ("torus", 11)] {
+        let model = builtin::load(name).expect("a built-in model");
+        let prepared = prepared(&model.scene, &direction(k));
+        let grid = grid(&prepared, 400);
+        let regions = prepared.visible_regions(0.05 * grid.pixel, 0.2, &()).expect("nothing stops it");
+        let covered = Oracle::new(&model.scene, &direction(k)).area(2000);
+        let area: f64 = regions.regions.iter().map(VisibleRegion::area).sum();
+        assert!((area / covered - 1.0).abs() < 3e-4, "{name}, view {k}: {area} is not {covered}");
+        assert_eq!(regions.undecided, [], "{name}, view {k}");
+    }
+}
+
+/// Flanks of a fin that meet at a narrow angle are painted side by side, and each is what its region says; two regions exchanged are
+/// not.
+#[test]
+fn steep_surfaces_that_are_painted_over_each_other_are_told_from_wrong_regions() {
+    let model = builtin::load("missile").expect("a built-in model");
+    let view = direction(5);
+    let prepared = prepared(&model.scene, &view);
+    let grid = grid(&prepared, 400);
+    let mut regions = prepared.visible_regions(0.05 * grid.pixel, 0.2, &()).expect("nothing stops it");
+    let raster = prepared.render(&grid, &()).expect("nothing stops it");
+    let oracle = Oracle::new(&model.scene, &view);
+    let right = against(&prepared, &regions, &raster, || &oracle);
+    assert!(right.wrong == 0 && right.steep > 0, "{right:?}");
+    let [a, b] = ["wing 1 flank 1", "wing 1 flank 2"]
+        .map(|name| model.scene.surfaces.iter().position(|s| s.name == name).expect("a flank"));
+    for region in &mut regions.regions {
+        region.surface = if region.surface == a {
+            b
+        } else if region.surface == b {
+            a
+        } else {
+            region.surface
+        };
+    }
+    let exchanged = against(&prepared, &regions, &raster, || &oracle);
+    assert!(exchanged.wrong > 100, "{exchanged:?}");
 }

@@ -65,6 +65,8 @@ pub(super) struct Mesh {
     pub(super) transitions: Vec<Transition>,
     /// Diagonal of the box of all vertices.
     pub(super) size: f64,
+    /// Of each surface the first triangle.
+    firsts: Vec<u32>,
     cells: Vec<Cells>,
 }
 
@@ -74,6 +76,7 @@ impl Mesh {
         let mut build = Build::new(scene);
         let mut cells = Vec::with_capacity(scene.surfaces.len());
         for s in &scene.surfaces {
+            build.begin();
             let (ku, kv) = (s.surface.knots_u(), s.surface.knots_v());
             let us = spline::subdivided(ku.as_slice(), ku.degree(), 2 * parts);
             let vs = spline::subdivided(kv.as_slice(), kv.degree(), 2 * parts);
@@ -88,8 +91,17 @@ impl Mesh {
     /// The triangles of a model, seen.
     pub(super) fn seen(model: &Model, sight: &Sight) -> Self {
         let mut build = Build::seen(model.vertices.iter().map(|&p| sight.project(p)).collect());
-        let cells = model.sheets.iter().map(|s| build.sheet(s, sight)).collect();
+        let cells = model.sheets.iter().map(|s| {
+            build.begin();
+            build.sheet(s, sight)
+        });
+        let cells = cells.collect();
         build.mesh(cells)
+    }
+
+    /// The surface that a triangle is of.
+    pub(super) fn surface(&self, triangle: u32) -> usize {
+        self.firsts.partition_point(|&first| first <= triangle) - 1
     }
 
     pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
@@ -231,6 +243,8 @@ pub(super) fn passes_right(a: DVec2, b: DVec2, q: DVec2) -> bool {
 struct Build {
     vertices: Vec<DVec3>,
     triangles: Vec<Triangle>,
+    /// Of each surface so far the first triangle.
+    firsts: Vec<u32>,
     /// Number of patches so far.
     patches: u32,
     /// Boundary vertices by their position in model space, in units of `same`.
@@ -245,6 +259,7 @@ impl Build {
         Self {
             vertices: Vec::new(),
             triangles: Vec::new(),
+            firsts: Vec::new(),
             patches: 0,
             known: HashMap::new(),
             same: SAME_VERTEX * (hi - lo).length(),
@@ -253,14 +268,21 @@ impl Build {
 
     /// With the vertices that there are already, in view space.
     fn seen(vertices: Vec<DVec3>) -> Self {
-        Self { vertices, triangles: Vec::new(), patches: 0, known: HashMap::new(), same: 0.0 }
+        let (triangles, firsts) = (Vec::new(), Vec::new());
+        Self { vertices, triangles, firsts, patches: 0, known: HashMap::new(), same: 0.0 }
+    }
+
+    /// What is added from now on is of the next surface.
+    fn begin(&mut self) {
+        self.firsts.push(self.triangles.len() as u32);
     }
 
     fn mesh(mut self, cells: Vec<Cells>) -> Mesh {
         let transitions = self.join();
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (lo, hi) = self.vertices.iter().fold(start, |(lo, hi), &p| (lo.min(p), hi.max(p)));
-        Mesh { vertices: self.vertices, triangles: self.triangles, transitions, size: (hi - lo).length(), cells }
+        let Self { vertices, triangles, firsts, .. } = self;
+        Mesh { vertices, triangles, transitions, size: (hi - lo).length(), firsts, cells }
     }
 
     /// Adds the triangles of one surface, whose vertices there are.

@@ -31,6 +31,7 @@
 
 mod grid;
 mod mesh;
+mod nearest;
 mod outline;
 mod sight;
 mod spline;
@@ -44,6 +45,7 @@ use penvis_core::scene::Scene;
 
 use grid::Grid;
 use mesh::{Mesh, Transition};
+pub use nearest::Nearest;
 pub use sight::Sight;
 pub use trimmed::Model;
 

@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use super::*;
 use glam::DMat4;
 use penvis_core::nurbs::{Curve, Surface};
@@ -209,4 +211,50 @@ fn a_wall_and_the_hole_that_it_begins_at_share_an_edge() {
         }
     }
     assert!(seen > 180, "{seen} places of the edge are seen");
+}
+
+#[test]
+fn triangles_cover_the_area_of_a_shadow() {
+    let ball = sphere(&Frame::WORLD, 1.5).unwrap();
+    let tube = cylinder(&Frame::WORLD, 1.0, 3.0).unwrap();
+    // Half an ellipse at either end of a rectangle; from higher up one would see through.
+    let tilted = |angle: f64| 2.0 * 3.0 * angle.cos() + PI * angle.sin();
+    let seen = |surfaces: Vec<Surface>, angle: f64| {
+        let oracle = Oracle::new(&scene(surfaces), parallel(DVec3::new(angle.cos(), 0.0, angle.sin())));
+        (oracle.area(2000), oracle.relative_error())
+    };
+    for angle in [0.0, 0.3, 0.6] {
+        for (surfaces, expected) in [(vec![ball.clone()], PI * 2.25), (vec![tube.clone()], tilted(angle))] {
+            let (area, error) = seen(surfaces, angle);
+            assert!((area / expected - 1.0).abs() < 4.0 * error + 1e-5, "{angle}: {area} is not {expected}");
+        }
+    }
+    // What is covered twice counts once.
+    let (area, _) = seen(vec![wall(0.0, 1.0).transformed(DMat4::from_rotation_z(0.5 * PI)).unwrap(), ball], 0.0);
+    assert!((area / (PI * 2.25) - 1.0).abs() < 1e-3, "{area}");
+}
+
+#[test]
+fn what_is_nearest_is_told_but_for_where_it_changes() {
+    let ball = sphere(&Frame::WORLD, 1.0).unwrap();
+    let oracle = Oracle::new(&scene(vec![wall(0.5, 2.0), ball]), parallel(DVec3::NEG_Y));
+    for (at, expected) in [
+        ([0.1, 0.2], Nearest::Surface(1)),
+        ([1.1, 1.2], Nearest::Surface(0)),
+        ([2.1, 0.2], Nearest::Nothing),
+        ([0.6, 0.8], Nearest::Ambiguous),
+        ([2.0, 0.3], Nearest::Ambiguous),
+    ] {
+        assert_eq!(oracle.nearest(DVec2::from_array(at)), expected, "{at:?}");
+    }
+    // From behind the wall, which the ball pierces: along a circle of the radius √¾.
+    let oracle = Oracle::new(&scene(vec![wall(0.5, 2.0), sphere(&Frame::WORLD, 1.0).unwrap()]), parallel(DVec3::Y));
+    let ring = 0.75_f64.sqrt();
+    for (r, expected) in
+        [(ring, Nearest::Ambiguous), (ring - 0.01, Nearest::Surface(1)), (ring + 0.01, Nearest::Surface(0))]
+    {
+        for angle in [0.3, 2.0, 4.4] {
+            assert_eq!(oracle.nearest(r * DVec2::from_angle(angle)), expected, "{r} at {angle}");
+        }
+    }
 }
