@@ -4,9 +4,11 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
+mod isocurves;
 mod picture;
 mod sparing;
 
+pub use isocurves::IsoSet;
 pub use sparing::trace_each;
 
 use crate::arrange::region::{Region, regions};

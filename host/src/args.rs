@@ -63,7 +63,7 @@ pub struct DrawingArgs {
     /// Isocurves instead that are no farther apart than this on the paper, in mm, and end where they have come near enough
     #[arg(long, value_name = "MM")]
     pub iso_spacing: Option<f64>,
-    /// Which of these isocurves: u, v (those along which it runs), both, or auto (the fewer and longer on each surface)
+    /// Which of these isocurves, or of those of --fill iso: u, v (those along which it runs), both, or auto (the fewer and longer on each surface)
     #[arg(long, value_name = "DIRECTION", default_value = "auto")]
     pub iso_direction: String,
     /// Where their spacing is measured: paper, or surface (in space on surfaces that turn away from the eye, so that
@@ -82,7 +82,7 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
     pub light: String,
     /// Cover what is visible of surfaces with lines, which take the place of isocurves unless --curves or --iso asks for these: hatch
-    /// (parallel), cross (both ways), contour (along the outlines, one within the other), or none. They follow --shade [default: the scene's, or none]
+    /// (parallel), cross (both ways), contour (along the outlines, one within the other), iso (isocurves), or none. They follow --shade [default: the scene's, or none]
     #[arg(long, value_name = "KIND")]
     pub fill: Option<String>,
     /// Angle of these lines, counter-clockwise from the lower side of the sheet [default: the scene's, or 45]

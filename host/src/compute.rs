@@ -204,10 +204,11 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
         let normal_angle = if with_regions { NORMAL_ANGLE } else { PI };
         let found = prepared.visible_regions(tolerance, normal_angle, &watch).map_err(|e| watch.reason(e.into()))?;
         if is_filled {
-            polylines.extend(filled::fills(&prepared, &found, &settled, &layout, &polylines, &watch)?);
+            polylines.extend(filled::fills(&prepared, &found, &settled, &layout, tolerance, &polylines, &watch)?);
         }
         regions = with_regions.then(|| Shapes::new(&found, &scene, &layout, settled.page));
     }
+    let notes = filled::notes(&prepared, &settled);
     let mut seconds = watch.finish();
 
     progress.stage("ordering");
@@ -229,7 +230,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
         slack_mm: shares.slack_mm,
         polylines,
     };
-    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes: Vec::new(), regions })
+    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes, regions })
 }
 
 /// Shows how much is read, and stops reading at Ctrl-C or when the time is over.

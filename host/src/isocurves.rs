@@ -4,6 +4,7 @@ use glam::DVec3;
 use penvis_core::extract::adaptive::{AdaptiveOptions, Direction, Spacing, Tone};
 
 use crate::args::DrawingArgs;
+use crate::fill::choice;
 use crate::options::{OptionError, bad, direction};
 use crate::page::Layout;
 use crate::style::MOST_ISOS;
@@ -67,13 +68,10 @@ impl Adaptive {
             "surface" => Spacing::Surface,
             other => return Err(bad("--iso-metric", other, "is not one of paper, surface")),
         };
-        let direction = match args.iso_direction.as_str() {
-            "u" => Direction::U,
-            "v" => Direction::V,
-            "both" => Direction::Both,
-            "auto" => Direction::Auto,
-            other => return Err(bad("--iso-direction", other, "is not one of u, v, both, auto")),
-        };
+        let word = &args.iso_direction;
+        let direction = choice::direction(word).map_err(|problem| bad("--iso-direction", word, problem))?;
+        // That of a fill is its own affair.
+        let fills = args.fill.as_deref() == Some("iso");
         let levels = args.iso_levels;
         if !(1..=MOST_LEVELS).contains(&levels) {
             return Err(bad("--iso-levels", levels, format!("is not a number of layers; give 1 to {MOST_LEVELS}")));
@@ -91,9 +89,11 @@ impl Adaptive {
             (None, None) => {
                 return match args {
                     _ if levels != 1 => Err(bad("--iso-levels", levels, NEEDS_SPACING)),
-                    _ if direction != Direction::Auto => {
-                        Err(bad("--iso-direction", &args.iso_direction, NEEDS_SPACING))
-                    }
+                    _ if direction != Direction::Auto && !fills => Err(bad(
+                        "--iso-direction",
+                        word,
+                        "goes with --iso-spacing, --shade or --fill iso; give one of them",
+                    )),
                     _ if measured != Spacing::Screen => Err(bad("--iso-metric", &args.iso_metric, NEEDS_SPACING)),
                     _ => Ok(None),
                 };

@@ -643,7 +643,7 @@ mod tests {
             ("--iso-spacing 0", "--iso-spacing 0: "),
             ("--iso-spacing nan", "--iso-spacing NaN: "),
             ("--iso-levels 2", "goes with --iso-spacing or --shade"),
-            ("--iso-direction u", "goes with --iso-spacing or --shade"),
+            ("--iso-direction u", "goes with --iso-spacing, --shade or --fill iso"),
             ("--iso-metric surface", "goes with --iso-spacing or --shade"),
             ("--iso-spacing 1 --iso-levels 0", "--iso-levels 0: "),
             ("--iso-spacing 1 --iso-direction w", "--iso-direction w: is not one of"),

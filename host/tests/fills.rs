@@ -141,6 +141,55 @@ fn rings_are_as_much_ink_as_a_disk_takes_and_keep_their_distance() {
 }
 
 #[test]
+fn isocurves_are_a_pitch_apart_on_average_and_are_no_other_isocurves() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ball.toml"), BALL).unwrap();
+    let own = drawn(folder.path(), "ball.toml --width 100mm --fill iso --fill-pitch 1 --fill-gap 0.5");
+    let disk = PI * 50.0 * 50.0;
+    assert!((own.ink_mm() - disk).abs() < 0.05 * disk, "{}", own.ink_mm());
+    assert!(own.0.iter().all(|(kind, ..)| kind != "iso"), "the usual ones are not asked for");
+    let both =
+        drawn(folder.path(), "ball.toml --width 100mm --fill iso --fill-pitch 1 --fill-gap 0.5 --iso 3 --pen hatch=2");
+    let isos = both.0.iter().filter(|(kind, ..)| kind == "iso").count();
+    assert!(isos > 0 && both.0.iter().all(|(kind, pen, _)| *pen == if kind == "hatch" { 2 } else { 1 }));
+    assert!((both.ink_mm() - own.ink_mm()).abs() < 0.02 * disk, "{} {}", both.ink_mm(), own.ink_mm());
+    let twice =
+        drawn(folder.path(), "ball.toml --width 100mm --fill iso --fill-pitch 1 --fill-gap 0.5 --iso-direction both");
+    assert!((twice.ink_mm() - 2.0 * disk).abs() < 0.1 * disk, "{}", twice.ink_mm());
+    let half =
+        drawn(folder.path(), "ball.toml --width 100mm --fill iso --fill-pitch 1 --fill-gap 0 --shade 0.5").ink_mm();
+    assert!((half - disk / 2.0).abs() < 0.05 * disk, "{half}");
+}
+
+#[test]
+fn surfaces_have_isocurves_of_their_own_pitch_where_they_are_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    // Seen from above: half of the square lies under the other.
+    let scene = "
+[[object]]
+rectangle = { size = [40, 40] }
+pen = { hatch = 3 }
+fill = { kind = 'iso', pitch = 2, gap = 0, direction = 'u' }
+[[object]]
+rectangle = { size = [40, 40] }
+translate = [20, 0, 1]
+pen = { hatch = 4 }
+fill = { kind = 'iso', pitch = 0.5, gap = 1, direction = 'v' }
+[camera]
+view = 'top'
+";
+    fs::write(folder.path().join("two.toml"), scene).unwrap();
+    let own = drawn(folder.path(), "two.toml --scale 1:1");
+    let ink = |wanted: u64| -> f64 {
+        let lines = own.0.iter().filter(|(kind, pen, _)| kind == "hatch" && *pen == wanted);
+        lines.flat_map(|(.., page)| page.windows(2)).map(|w| w[0].distance(w[1])).sum()
+    };
+    // An isocurve a pitch but for the outermost, which are outlines.
+    assert!((ink(3) - 20.0 * 20.0).abs() <= 4.0 * 20.0, "{}", ink(3));
+    assert!((ink(4) - 38.0 * 76.0).abs() <= 8.0 * 38.0, "{}", ink(4));
+}
+
+#[test]
 fn there_is_as_much_ink_as_it_is_dark() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("square.toml"), "[[object]]\nrectangle = { size = [1, 1] }\n[camera]\nview = 'top'\n")
@@ -163,7 +212,7 @@ fn there_is_as_much_ink_as_it_is_dark() {
 fn fills_keep_their_gap_from_all_outlines_of_models() {
     let folder = tempfile::tempdir().unwrap();
     let gap = 0.4;
-    for kind in ["hatch", "cross --fill-angle 0", "contour"] {
+    for kind in ["hatch", "cross --fill-angle 0", "contour", "iso", "iso --shade lambert"] {
         let mut worst = f64::INFINITY;
         for model in ["torus", "vase", "pawn", "teapot", "teapot --view front", "vase --view top"] {
             let own = drawn(folder.path(), &format!("{model} --fill {kind} --fill-pitch 4 --fill-gap {gap}"));
@@ -178,12 +227,29 @@ fn fills_keep_their_gap_from_all_outlines_of_models() {
 }
 
 #[test]
+fn facets_that_have_no_isocurves_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    fs::write(folder.path().join("tetra.obj"), corners).unwrap();
+    let said = |words: &str| {
+        let output = penvis(folder.path(), &format!("draw tetra.obj {words} -o x.svg"));
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let told = said("--fill iso");
+    assert!(told.contains("4 facets of meshes are not filled"), "{told}");
+    assert!(!said("--fill contour").contains("not filled"));
+}
+
+#[test]
 fn what_is_no_fill_is_told() {
     let folder = tempfile::tempdir().unwrap();
     for (words, told) in [
-        ("--fill dots", "--fill dots: is not one of hatch, cross, contour, none"),
+        ("--fill dots", "--fill dots: is not one of hatch, cross, contour, iso, none"),
         ("--fill hatch --fill-pitch 0", "--fill-pitch 0: is not a distance in mm from 0.01 to 1000"),
         ("--fill hatch --fill-gap=-1", "--fill-gap"),
+        ("--fill iso --iso-direction w", "--iso-direction w: is not one of u, v, both, auto"),
+        ("--fill hatch --iso-direction u", "goes with --iso-spacing, --shade or --fill iso"),
         ("--curves hatch", "--fill"),
     ] {
         let output = penvis(folder.path(), &format!("draw torus {words} -o x.svg"));

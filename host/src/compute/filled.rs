@@ -2,19 +2,20 @@
 
 use glam::DVec2;
 use penvis_core::extract::CurveKind;
-use penvis_core::pipeline::Prepared;
+use penvis_core::pipeline::{IsoSet, Prepared};
 use penvis_core::stroke::Certainty;
 use penvis_core::visible::{VisibleRegion, VisibleRegions};
 
 use super::Watch;
 use crate::drawing::Polyline;
 use crate::error::Error;
-use crate::fill::{Area, Canvas, Line, Loop, cover};
+use crate::fill::{Area, Canvas, Fill, FillKind, Line, Loop, cover, iso_sets, trimmed};
 use crate::interrupt;
 use crate::page::{Layout, clip};
 use crate::settle::Settled;
 
-/// The lines of all fills of the visible regions, with gaps to the outlines among the polylines that are drawn.
+/// The lines of all fills of the visible regions, with gaps to the outlines among the polylines that are drawn. Isocurves are made with chords within
+/// `tolerance`, in units of the screen.
 ///
 /// # Errors
 /// If Ctrl-C or the time limit ends it, or regions are too large on the paper for what they are filled with.
@@ -23,6 +24,7 @@ pub(super) fn fills(
     regions: &VisibleRegions,
     settled: &Settled,
     layout: &Layout,
+    tolerance: f64,
     drawn: &[Polyline],
     watch: &Watch<'_>,
 ) -> Result<Vec<Polyline>, Error> {
@@ -33,16 +35,23 @@ pub(super) fn fills(
     let tolerance_mm = settled.tolerance_mm;
     let canvas = Canvas { probe: &probe, layout, tone: settled.tone, tolerance_mm };
     let stops = || interrupt::is_wanted() || watch.is_over();
-    let lines = cover(&areas, &settled.fills, &outlines, &canvas, &stops)?;
+    let mut lines = cover(&areas, &settled.fills, &outlines, &canvas, &stops)?;
+    let (fills, sets): (Vec<Fill>, Vec<IsoSet>) = iso_sets(&settled.fills, settled.tone, layout).into_iter().unzip();
+    if !sets.is_empty() {
+        let found = prepared.isocurves(&sets, tolerance, watch).map_err(|e| watch.reason(e.into()))?;
+        for (fill, strokes) in fills.iter().zip(&found) {
+            lines.extend(trimmed(strokes, fill, &outlines, layout));
+        }
+    }
     if stops() {
         return Err(watch.reason(penvis_core::stop::Stopped.into()));
     }
     let layer = CurveKind::Hatch.name();
-    let whole = lines.into_iter().map(|Line { surface, page, points }| Polyline {
+    let whole = lines.into_iter().map(|Line { surface, pen, page, points }| Polyline {
         kind: Some(CurveKind::Hatch),
         surface,
         layer: layer.to_owned(),
-        pen: settled.inks.visible(surface, CurveKind::Hatch, layer),
+        pen,
         level: 0,
         visible: true,
         qi: 0,
@@ -54,6 +63,16 @@ pub(super) fn fills(
     let mut inside = Vec::new();
     whole.for_each(|polyline| clip(polyline, window, &mut inside));
     Ok(inside)
+}
+
+/// What is not filled that was to be, each a line.
+pub(super) fn notes(prepared: &Prepared, settled: &Settled) -> Vec<String> {
+    let is_iso = |fill: &Option<Fill>| fill.is_some_and(|fill| fill.kind == FillKind::Iso);
+    let fills = settled.fills.iter().enumerate();
+    let facets = fills.filter(|(surface, fill)| is_iso(fill) && prepared.is_facet(*surface)).count();
+    let note =
+        || format!("{facets} facets of meshes are not filled, for they have no isocurves; take another fill for them");
+    (facets > 0).then(note).into_iter().collect()
 }
 
 /// A region on the paper. Smooth joins do not end fills.

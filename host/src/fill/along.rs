@@ -32,33 +32,44 @@ impl<'a> Along<'a> {
 
     /// The place so far along it; its ends for what lies beyond.
     pub(super) fn at(&self, mm: f64) -> DVec2 {
+        self.value(self.page, DVec2::lerp, mm)
+    }
+
+    /// What is between the values at the vertices, so far along it.
+    fn value<T: Copy>(&self, values: &[T], lerp: fn(T, T, f64) -> T, mm: f64) -> T {
         let next = self.lengths.partition_point(|&length| length < mm).clamp(1, self.page.len() - 1);
         let [low, high] = [self.lengths[next - 1], self.lengths[next]];
         let share = if high > low { ((mm - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
-        self.page[next - 1].lerp(self.page[next], share)
+        lerp(values[next - 1], values[next], share)
     }
 
-    /// The part of it between two places.
-    pub(super) fn part(&self, [from, to]: [f64; 2]) -> Vec<DVec2> {
+    /// The values along the part between two places: at its ends, and at the vertices between them.
+    fn part<T: Copy>(&self, values: &[T], lerp: fn(T, T, f64) -> T, [from, to]: [f64; 2]) -> Vec<T> {
         let inner = self.lengths.partition_point(|&l| l <= from)..self.lengths.partition_point(|&l| l < to);
-        let mut part = vec![self.at(from)];
-        part.extend(self.page.get(inner).unwrap_or_default());
-        part.push(self.at(to));
+        let mut part = vec![self.value(values, lerp, from)];
+        part.extend(values.get(inner).unwrap_or_default());
+        part.push(self.value(values, lerp, to));
         part
     }
 
-    /// Parts of it, in order and apart. Of one that is closed, the last and the first are one if they meet where it begins.
+    /// Parts of it, in order and apart.
     pub(super) fn parts(&self, parts: &[[f64; 2]]) -> Vec<Vec<DVec2>> {
+        self.parts_of(self.page, DVec2::lerp, parts)
+    }
+
+    /// The values along parts of it, in order and apart, given those at its vertices. Of a polyline that is closed, the last and the first part are
+    /// one if they meet where it begins.
+    pub(super) fn parts_of<T: Copy>(&self, values: &[T], lerp: fn(T, T, f64) -> T, parts: &[[f64; 2]]) -> Vec<Vec<T>> {
         let whole = [0.0, self.length_mm()];
         let is_closed = self.page.first() == self.page.last();
         match parts {
             [first, inner @ .., last] if is_closed && first[0] == whole[0] && last[1] == whole[1] => {
-                let mut over = self.part(*last);
+                let mut over = self.part(values, lerp, *last);
                 over.pop();
-                over.extend(self.part(*first));
-                inner.iter().map(|part| self.part(*part)).chain([over]).collect()
+                over.extend(self.part(values, lerp, *first));
+                inner.iter().map(|part| self.part(values, lerp, *part)).chain([over]).collect()
             }
-            _ => parts.iter().map(|part| self.part(*part)).collect(),
+            _ => parts.iter().map(|part| self.part(values, lerp, *part)).collect(),
         }
     }
 }
@@ -73,10 +84,10 @@ mod tests {
         let along = Along::new(&square);
         assert_eq!((along.length_mm(), along.at(6.0), along.up_to(3)), (16.0, DVec2::new(4.0, 2.0), 12.0));
         assert_eq!((along.at(-1.0), along.at(17.0)), (square[0], square[0]));
-        let part = along.part([2.0, 9.0]);
-        assert_eq!(part, [[2.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0]].map(DVec2::from));
-        assert_eq!(along.part([0.0, 16.0]), square);
-        assert_eq!(along.part([4.0, 8.0]), square[1..3]);
+        let part = |ends| along.parts(&[ends]).remove(0);
+        assert_eq!(part([2.0, 9.0]), [[2.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0]].map(DVec2::from));
+        assert_eq!(part([0.0, 16.0]), square);
+        assert_eq!(part([4.0, 8.0]), square[1..3]);
         // The beginning of a closed line is no end.
         let two = along.parts(&[[0.0, 1.0], [5.0, 6.0], [15.0, 16.0]]);
         assert_eq!(
@@ -84,6 +95,8 @@ mod tests {
             [vec![[4.0, 1.0], [4.0, 2.0]], vec![[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]]
                 .map(|part| part.into_iter().map(DVec2::from).collect::<Vec<_>>())
         );
+        let heights = along.parts_of(&[0.0, 1.0, 2.0, 3.0, 0.0], |a, b, share| a + (b - a) * share, &[[2.0, 9.0]]);
+        assert_eq!(heights, [[0.5, 1.0, 2.0, 2.25]]);
         let open = Along::new(&square[..3]);
         assert_eq!(open.parts(&[[0.0, 1.0], [7.0, 8.0]]).len(), 2);
     }

@@ -1,5 +1,7 @@
 //! What fill is asked for.
 
+use penvis_core::extract::adaptive::Direction;
+
 use super::{Fill, FillKind};
 
 /// Smallest pitch in mm: a tenth of what the finest pens draw.
@@ -25,6 +27,8 @@ pub struct FillChoice {
     pub pitch_mm: Option<f64>,
     /// Distance that they keep from outlines in mm.
     pub gap_mm: Option<f64>,
+    /// Which isocurves they are.
+    pub direction: Option<Direction>,
 }
 
 impl FillChoice {
@@ -36,6 +40,7 @@ impl FillChoice {
             degrees: self.degrees.or(other.degrees),
             pitch_mm: self.pitch_mm.or(other.pitch_mm),
             gap_mm: self.gap_mm.or(other.gap_mm),
+            direction: self.direction.or(other.direction),
         }
     }
 
@@ -47,15 +52,16 @@ impl FillChoice {
         let usual = if toned { (2.0 * pen_width_mm).max(FINEST_MM) } else { USUAL_PITCH_MM };
         let pitch_mm = self.pitch_mm.unwrap_or(usual);
         let gap_mm = self.gap_mm.unwrap_or(match kind {
-            FillKind::Hatch | FillKind::Cross => pen_width_mm / 2.0,
+            FillKind::Hatch | FillKind::Cross | FillKind::Iso => pen_width_mm / 2.0,
             FillKind::Contour => pitch_mm,
         });
         // Fills that differ in nothing that shows are one.
         let degrees = match kind {
             FillKind::Hatch | FillKind::Cross => self.degrees.unwrap_or(USUAL_DEGREES),
-            FillKind::Contour => 0.0,
+            FillKind::Contour | FillKind::Iso => 0.0,
         };
-        Some(Fill { kind, degrees, pitch_mm, gap_mm, pen })
+        let direction = self.direction.filter(|_| kind == FillKind::Iso).unwrap_or_default();
+        Some(Fill { kind, degrees, pitch_mm, gap_mm, direction, pen })
     }
 }
 
@@ -68,8 +74,23 @@ pub(crate) fn kind(word: &str) -> Result<Option<FillKind>, String> {
         "hatch" => Ok(Some(FillKind::Hatch)),
         "cross" => Ok(Some(FillKind::Cross)),
         "contour" => Ok(Some(FillKind::Contour)),
+        "iso" => Ok(Some(FillKind::Iso)),
         "none" => Ok(None),
-        _ => Err("is not one of hatch, cross, contour, none".into()),
+        _ => Err("is not one of hatch, cross, contour, iso, none".into()),
+    }
+}
+
+/// The isocurves with a name.
+///
+/// # Errors
+/// What is wrong with a name that is none.
+pub(crate) fn direction(word: &str) -> Result<Direction, &'static str> {
+    match word {
+        "u" => Ok(Direction::U),
+        "v" => Ok(Direction::V),
+        "both" => Ok(Direction::Both),
+        "auto" => Ok(Direction::Auto),
+        _ => Err("is not one of u, v, both, auto"),
     }
 }
 
@@ -106,7 +127,17 @@ mod tests {
         let above = FillChoice { degrees: Some(30.0), ..FillChoice::default() };
         let below = FillChoice { kind: Some(Some(FillKind::Cross)), degrees: Some(10.0), ..FillChoice::default() };
         let fill = above.or(below).settle(3, 0.4, false).unwrap();
-        assert_eq!(fill, Fill { kind: FillKind::Cross, degrees: 30.0, pitch_mm: 1.0, gap_mm: 0.2, pen: 3 });
+        assert_eq!(
+            fill,
+            Fill {
+                kind: FillKind::Cross,
+                degrees: 30.0,
+                pitch_mm: 1.0,
+                gap_mm: 0.2,
+                direction: Direction::Auto,
+                pen: 3
+            }
+        );
         assert_eq!(below.settle(3, 0.4, true).unwrap().pitch_mm, 0.8);
         let rings = FillChoice { kind: Some(Some(FillKind::Contour)), ..FillChoice::default() };
         assert_eq!(rings.settle(3, 0.4, true).map(|fill| (fill.pitch_mm, fill.gap_mm)), Some((0.8, 0.8)));

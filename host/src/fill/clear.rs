@@ -79,7 +79,7 @@ fn subtract(mut run: Run, near: &[Near], out: &mut Vec<Run>) {
 
 /// Where a horizontal line at `y` is nearer than `r` to a segment: the convex hull of where it is in the discs about the ends, and
 /// in the rectangle between them. `None` if it is nowhere.
-fn capsule([p, q]: [DVec2; 2], r: f64, y: f64) -> Option<[f64; 2]> {
+pub(super) fn capsule([p, q]: [DVec2; 2], r: f64, y: f64) -> Option<[f64; 2]> {
     let mut hull: Option<[f64; 2]> = None;
     let mut add = |x: f64| hull = Some(hull.map_or([x, x], |[low, high]| [low.min(x), high.max(x)]));
     for centre in [p, q] {

@@ -63,13 +63,14 @@ pub fn rings(
 
 #[cfg(test)]
 mod tests {
+    use penvis_core::extract::adaptive::Direction;
     use proptest::prelude::*;
 
     use super::super::{FillKind, Loop};
     use super::*;
 
     fn fill(pitch_mm: f64, gap_mm: f64) -> Fill {
-        Fill { kind: FillKind::Contour, degrees: 0.0, pitch_mm, gap_mm, pen: 1 }
+        Fill { kind: FillKind::Contour, degrees: 0.0, pitch_mm, gap_mm, direction: Direction::Auto, pen: 1 }
     }
 
     fn area(surface: usize, loops: &[Loop]) -> Area {

@@ -41,6 +41,8 @@ pub struct Canvas<'a> {
 pub struct Line {
     /// Index of the surface on which it begins.
     pub surface: usize,
+    /// Number of the pen of its fill.
+    pub pen: u32,
     /// Its vertices on the paper in mm, two or more; closed when the last equals the first.
     pub page: Vec<DVec2>,
     /// The places on the surfaces there, in model space.
@@ -60,7 +62,7 @@ struct Set {
     darkness: [f64; 2],
 }
 
-/// The lines of the fills of all areas, fill by fill. `fills` has the fill of each surface by its index; nearer to a line of `outlines` than
+/// The lines of the fills of all areas, fill by fill, but for isocurves. `fills` has the fill of each surface by its index; nearer to a line of `outlines` than
 /// its gap there is nothing. Where `stops` says so, the rest is left out.
 ///
 /// Cost: that of [`hatch`] and [`Gap`], or of [`rings`], and a sight line for each vertex, or with a tone for each pitch of the lines.
@@ -106,7 +108,7 @@ pub fn cover(
             let joined = join(stretches.into_iter().flatten().collect(), 2.0 * canvas.tolerance_mm);
             let shortest = fill.pitch_mm * if shading.is_some() { SHORTEST_TONED } else { SHORTEST };
             let found = joined.par_iter().filter(|s| s.run.length_mm() >= shortest && !stops());
-            let found = found.map_init(RayScratch::new, |scratch, s| line(s, &set.grid, canvas, scratch));
+            let found = found.map_init(RayScratch::new, |scratch, s| line(s, &set.grid, fill.pen, canvas, scratch));
             lines.extend(found.collect::<Vec<_>>().into_iter().flatten());
         }
     }
@@ -119,7 +121,7 @@ fn sets(fill: &Fill) -> Vec<Set> {
     match fill.kind {
         FillKind::Hatch => vec![set(fill.degrees, [0.0, 1.0])],
         FillKind::Cross => vec![set(fill.degrees, [0.0, 0.5]), set(fill.degrees + 90.0, [0.5, 1.0])],
-        FillKind::Contour => Vec::new(),
+        FillKind::Contour | FillKind::Iso => Vec::new(),
     }
 }
 
@@ -166,7 +168,7 @@ fn join(mut stretches: Vec<Stretch>, apart_mm: f64) -> Vec<Stretch> {
 
 /// A stretch with the places on its surfaces: a sight line for each end, or where it misses the surface, on whose border it may lie, ever farther
 /// in. `None` if nothing of the surface is found: it is a sliver no wider than the tolerance.
-fn line(stretch: &Stretch, grid: &Grid, canvas: &Canvas<'_>, scratch: &mut RayScratch) -> Option<Line> {
+fn line(stretch: &Stretch, grid: &Grid, pen: u32, canvas: &Canvas<'_>, scratch: &mut RayScratch) -> Option<Line> {
     let Stretch { run, surfaces } = stretch;
     let half = run.length_mm() / 2.0;
     let mut end = |k: usize| {
@@ -183,7 +185,7 @@ fn line(stretch: &Stretch, grid: &Grid, canvas: &Canvas<'_>, scratch: &mut RaySc
     };
     let points = vec![end(0)?, end(1)?];
     let page = run.along.map(|along| grid.place(run.line, along)).to_vec();
-    Some(Line { surface: surfaces[0], page, points })
+    Some(Line { surface: surfaces[0], pen, page, points })
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@
 //! | `hatch` | parallel lines inside a shape |
 //! | `contour` | lines along the contours of shapes |
 //! | `offset` | shapes kept away from lines, and made smaller |
-//! | `clear` | the gap that lines keep to outlines |
+//! | `iso` | isocurves inside shapes |
+//! | `clear`, `keep` | the gap that parallel lines, and others, keep to outlines |
 //! | `tone` | lines that end where it is light |
 //! | `along`, `placed` | lines of many vertices, and the places under them |
 //! | `cover` | all of it for a picture |
@@ -19,6 +20,8 @@ mod clear;
 mod contour;
 mod cover;
 mod hatch;
+mod iso;
+mod keep;
 mod offset;
 mod placed;
 mod tone;
@@ -29,7 +32,10 @@ pub use clear::Gap;
 pub use contour::{Ring, rings};
 pub use cover::{Canvas, Line, cover};
 pub use hatch::{Grid, Run, hatch};
+pub use iso::{iso_sets, trimmed};
 pub use offset::OffsetError;
+
+use penvis_core::extract::adaptive::Direction;
 
 /// What a fill is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +46,8 @@ pub enum FillKind {
     Cross,
     /// Lines along the outlines, one within the other until nothing is left.
     Contour,
+    /// Isocurves, each of which ends where its neighbours have come near enough.
+    Iso,
 }
 
 /// How a surface is filled.
@@ -53,6 +61,8 @@ pub struct Fill {
     pub pitch_mm: f64,
     /// What they keep from outlines in mm, 0 or more.
     pub gap_mm: f64,
+    /// Which isocurves.
+    pub direction: Direction,
     /// Number of the pen that draws them.
     pub pen: u32,
 }

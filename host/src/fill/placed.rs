@@ -42,14 +42,19 @@ pub(super) fn lines(
             }
         };
         let long = parts.into_iter().filter(|page| Along::new(page).length_mm() >= shortest);
-        long.filter_map(|page| line(page, canvas.tolerance_mm, &mut behind)).collect()
+        long.filter_map(|page| line(page, fill.pen, canvas.tolerance_mm, &mut behind)).collect()
     };
     rings.par_iter().map_init(RayScratch::new, work).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// A polyline with the places under its vertices: where a sight line meets nothing, as it may on a border, a place ever farther along the line. `None` if
 /// nothing is met at all: it runs in a sliver no wider than the tolerance.
-fn line(page: Vec<DVec2>, tolerance_mm: f64, behind: &mut dyn FnMut(DVec2) -> Option<(usize, Place)>) -> Option<Line> {
+fn line(
+    page: Vec<DVec2>,
+    pen: u32,
+    tolerance_mm: f64,
+    behind: &mut dyn FnMut(DVec2) -> Option<(usize, Place)>,
+) -> Option<Line> {
     let along = Along::new(&page);
     let whole = along.length_mm();
     let mut found = |vertex: usize| {
@@ -65,7 +70,7 @@ fn line(page: Vec<DVec2>, tolerance_mm: f64, behind: &mut dyn FnMut(DVec2) -> Op
     let places: Vec<(usize, Place)> = (0..page.len()).map(&mut found).collect::<Option<_>>()?;
     let surface = places.first()?.0;
     let points = places.iter().map(|(_, place)| place.model).collect();
-    Some(Line { surface, page, points })
+    Some(Line { surface, pen, page, points })
 }
 
 #[cfg(test)]
@@ -82,9 +87,9 @@ mod tests {
             let place = Place { uv: p, model: DVec3::new(p.x, p.y, 5.0) };
             ((p.x - 1.0).abs() > 1e-4).then_some((usize::from(p.x > 1.0), place))
         };
-        let line = line(page.clone(), 0.01, &mut behind).unwrap();
-        assert_eq!((line.surface, &line.page), (0, &page));
+        let line = line(page.clone(), 2, 0.01, &mut behind).unwrap();
+        assert_eq!((line.surface, line.pen, &line.page), (0, 2, &page));
         assert!(line.points[1].distance(DVec3::new(1.0, 0.0, 5.0)) < 1e-3, "{:?}", line.points);
-        assert!(super::line(page, 0.01, &mut |_| None).is_none());
+        assert!(super::line(page, 2, 0.01, &mut |_| None).is_none());
     }
 }

@@ -14,7 +14,7 @@ use crate::style::{self, MOST_ISOS, MOST_PENS, StyleChoice};
 pub(super) const STYLE: [&str; 6] = ["pen", "curves", "iso", "hidden", "fill", "crease_angle"];
 
 /// Keys of a fill.
-const FILL: [&str; 4] = ["kind", "angle", "pitch", "gap"];
+const FILL: [&str; 5] = ["kind", "angle", "pitch", "gap", "direction"];
 
 /// What an object is.
 pub(super) enum Body<'t> {
@@ -116,11 +116,14 @@ fn fill(item: &Item<'_>) -> Result<FillChoice, Fault> {
     let number = |key, holds: fn(f64) -> bool, wanted: &str| {
         table.get(key).map(|item| item.number_that(holds, wanted)).transpose()
     };
+    let direction = table.get("direction");
+    let direction = direction.map(|item| choice::direction(item.text()?).map_err(|problem| item.fault(problem)));
     Ok(FillChoice {
         kind: table.get("kind").map(|item| kind(&item)).transpose()?,
         degrees: number("angle", choice::is_angle, choice::AN_ANGLE)?,
         pitch_mm: number("pitch", choice::is_pitch, choice::A_PITCH)?,
         gap_mm: number("gap", choice::is_gap, choice::A_GAP)?,
+        direction: direction.transpose()?,
     })
 }
 
