@@ -227,6 +227,40 @@ fn fills_keep_their_gap_from_all_outlines_of_models() {
 }
 
 #[test]
+fn surfaces_of_an_object_have_fills_and_pens_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "
+[[object]]
+box = { size = [40, 40, 40] }
+fill = { kind = 'hatch', angle = 0, pitch = 1, gap = 0 }
+pen = { hatch = 2 }
+surface.top = { fill = { kind = 'contour', pitch = 2, gap = 1 }, pen = { hatch = 3 } }
+surface.right = { fill = 'none' }
+[camera]
+view = [1, -1, 1]
+";
+    fs::write(folder.path().join("box.toml"), scene).unwrap();
+    let own = drawn(folder.path(), "box.toml --scale 1:1");
+    let of = |wanted: u64| own.0.iter().filter(move |(kind, pen, _)| kind == "hatch" && *pen == wanted);
+    // Each face is seen at a third of the way round: its area is that of the square over the square root of three.
+    let face = 40.0 * 40.0 / 3.0_f64.sqrt();
+    let ink =
+        |wanted: u64| -> f64 { of(wanted).flat_map(|(.., page)| page.windows(2)).map(|w| w[0].distance(w[1])).sum() };
+    assert!((ink(2) - face).abs() < 0.03 * face, "{} {face}", ink(2));
+    assert!((2.0 * ink(3) - face).abs() < 0.1 * face, "{} {face}", ink(3));
+    assert!(of(3).all(|(.., page)| page.first() == page.last()));
+    // The right side has none, and the pens of the outlines are as they were.
+    assert!(own.0.iter().all(|(kind, pen, _)| *pen == 1 || kind == "hatch"));
+    let middle =
+        own.outlines().flatten().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], p| [a.min(p.x), b.max(p.x)]);
+    let middle = middle[0].midpoint(middle[1]);
+    assert!(of(2).all(|(.., page)| page.iter().all(|p| p.x < middle + 0.1)), "hatching is on the left only");
+    // What the command line asks for goes before all of it.
+    let all = drawn(folder.path(), "box.toml --scale 1:1 --fill cross");
+    assert!(all.ink_mm() > 2.0 * own.ink_mm(), "{} {}", all.ink_mm(), own.ink_mm());
+}
+
+#[test]
 fn facets_that_have_no_isocurves_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";

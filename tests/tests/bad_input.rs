@@ -575,7 +575,7 @@ const CHANGES: &[Change] = &[
         "toml",
         "model = \"saddle\"",
         "modle = \"saddle\"",
-        "FILE: line 2: there is no key `modle` in an object; the nearest one is `model`, and all are name, model, box, sphere, cylinder, cone, torus, rectangle, disk, scale, rotate, translate, array, pen, curves, iso, hidden, fill, crease_angle",
+        "FILE: line 2: there is no key `modle` in an object; the nearest one is `model`, and all are name, model, box, sphere, cylinder, cone, torus, rectangle, disk, scale, rotate, translate, array, pen, curves, iso, hidden, fill, crease_angle, surface",
     ),
     (
         "toml",

@@ -9,6 +9,7 @@ use penvis_core::scene::{Scene, SceneSurface};
 
 use super::object::{Body, Look, Object};
 use super::shape::Faces;
+use super::surfaces;
 use crate::builtin;
 use crate::model::fault::{Fault, ReadError};
 use crate::model::import::{MOST_POINTS, Reading, Report};
@@ -72,7 +73,7 @@ impl<'a> Assembly<'a> {
     /// # Errors
     /// If its model cannot be read, a surface cannot stand where it is put, or there are too many.
     pub(super) fn add(&mut self, object: Object<'_>) -> Result<(), ReadError> {
-        let Object { name, body, line, placement, look } = object;
+        let Object { name, body, line, placement, look, surfaces } = object;
         let (model, kinds) = match body {
             Body::Shape(faces) => shape(faces),
             Body::Model(spec) => self.model(spec, line, look.crease_angle)?,
@@ -98,7 +99,10 @@ impl<'a> Assembly<'a> {
         self.done
             .files
             .extend(model.files.iter().map(|f| ModelFile { surfaces: moved(&f.surfaces, base), ..f.clone() }));
-        let choices = model.choices();
+        // What is said of a surface goes before what is said of the object, and that before what the model says itself.
+        let own = surfaces::choices(&surfaces, members)?;
+        let choices: Vec<StyleChoice> =
+            own.into_iter().zip(model.choices()).map(|(own, choice)| own.or(look.style).or(choice)).collect();
         for copy in 0..count {
             if copy % PROGRESS_STEP == PROGRESS_STEP - 1 {
                 self.reading.progress(copy as usize, count as usize)?;
@@ -113,7 +117,7 @@ impl<'a> Assembly<'a> {
             let surfaces = placed.collect::<Result<Vec<_>, Fault>>()?;
             self.done.scenes.push(Scene { name: String::new(), surfaces });
             for &choice in &choices {
-                self.style(look.style.or(choice).or(self.common.style));
+                self.style(choice.or(self.common.style));
             }
         }
         Ok(())

@@ -102,7 +102,7 @@ impl<'t> Table<'t> {
 #[derive(Clone, Copy)]
 pub(super) struct Item<'t> {
     lines: &'t Lines,
-    pub(super) key: &'static str,
+    pub(super) key: &'t str,
     pub(super) line: usize,
     value: &'t DeValue<'t>,
 }
@@ -226,6 +226,22 @@ impl<'t> Item<'t> {
             ..*self
         };
         Ok(items.iter().map(item).collect())
+    }
+
+    /// What a table says whose keys may be anything, in the order of the file; each has the line of its key.
+    ///
+    /// # Errors
+    /// If it is none; `wanted` says what it is to be.
+    pub(super) fn entries(&self, wanted: &str) -> Result<Vec<Self>, Fault> {
+        let entries = self.value.as_table().ok_or_else(|| self.is_no(wanted))?;
+        let mut all: Vec<(usize, Self)> = Vec::with_capacity(entries.len());
+        for (key, value) in entries {
+            let at = key.span().start;
+            let (key, value) = (key.get_ref().as_ref(), value.get_ref());
+            all.push((at, Self { lines: self.lines, key, line: self.lines.at(at), value }));
+        }
+        all.sort_by_key(|(at, _)| *at);
+        Ok(all.into_iter().map(|(_, item)| item).collect())
     }
 
     /// A table that has none but these keys.

@@ -3,7 +3,8 @@
 //! A list of `[[object]]`, each a `model` (a built-in one by name, or a file, whose path counts from the scene's own
 //! folder) or a shape by its measures (`box`, `sphere`, `cylinder`, `cone`, `torus`, `rectangle`, `disk`). An object is scaled
 //! first, then rotated, then moved (`scale`, `rotate`, `translate`), and then repeated (`array`). `pen`, `curves`, `iso`,
-//! `hidden`, `fill` and `crease_angle` say how it is drawn; `[style]` says so for all objects that do not say otherwise. `[camera]` and
+//! `hidden`, `fill` and `crease_angle` say how it is drawn, and all but the last of them, in a table of its name in the object's `surface`, how one of
+//! its surfaces is; `[style]` says so for all objects that do not say otherwise. `[camera]` and
 //! `[page]` are what the options of the same names are, and each `[[pen]]` says how wide a pen is, and how it is moved. Whatever the command line asks for goes before the file.
 //!
 //! A model may be a scene in its turn, some levels deep, but not a part of itself. Its objects then keep their own styles
@@ -19,6 +20,7 @@ mod object;
 mod pen;
 mod place;
 mod shape;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 

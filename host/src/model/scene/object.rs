@@ -5,6 +5,7 @@ use penvis_core::extract::CurveSet;
 use super::keys::{Item, Table};
 use super::place::{PLACEMENT, Placement};
 use super::shape::{self, Faces, SHAPES};
+use super::surfaces::Named;
 use crate::fill::{FillChoice, choice};
 use crate::model::fault::Fault;
 use crate::page::KindPens;
@@ -34,6 +35,8 @@ pub(super) struct Object<'t> {
     pub(super) placement: Placement,
     /// How it is drawn.
     pub(super) look: Look,
+    /// How surfaces of it are drawn otherwise.
+    pub(super) surfaces: Vec<Named<'t>>,
 }
 
 /// How something is drawn, as far as the file says.
@@ -50,12 +53,20 @@ impl<'t> Object<'t> {
     /// # Errors
     /// If it has an unknown key, no body or several, or a value that makes no sense.
     pub(super) fn new(item: &Item<'t>) -> Result<Self, Fault> {
-        let known: Vec<&str> =
-            ["name", "model"].iter().chain(&SHAPES).chain(&PLACEMENT).chain(&STYLE).copied().collect();
+        let known: Vec<&str> = ["name", "model"]
+            .iter()
+            .chain(&SHAPES)
+            .chain(&PLACEMENT)
+            .chain(&STYLE)
+            .chain(&["surface"])
+            .copied()
+            .collect();
         let table = item.table("an object", &known)?;
         let name = table.get("name").map(|item| item.text()).transpose()?;
         let (body, line) = body(&table)?;
-        Ok(Self { name, body, line, placement: Placement::new(&table)?, look: Look::new(&table)? })
+        let (placement, look) = (Placement::new(&table)?, Look::new(&table)?);
+        let surfaces = table.get("surface").map(|item| Named::all(&item)).transpose()?.unwrap_or_default();
+        Ok(Self { name, body, line, placement, look, surfaces })
     }
 }
 

@@ -9,6 +9,7 @@ use penvis_core::stroke::CurveKind;
 use proptest::prelude::*;
 
 use super::*;
+use crate::fill::FillKind;
 use crate::model::{Model, Projection, load};
 use crate::page::{Hidden, KindPens, Placing, Position, Size};
 use crate::pens::Pen;
@@ -385,4 +386,74 @@ proptest! {
         let mut source = Source::from_bytes("thing", lines.join("\n").into_bytes()).unwrap();
         let _ = read(&mut source, &Reading::new(&()));
     }
+}
+
+#[test]
+fn surfaces_are_drawn_otherwise_than_their_object_by_name() {
+    let text = "
+[[object]]
+box = { size = [1, 1, 1] }
+array = { count = 2, step = [3, 0, 0] }
+fill = { kind = 'hatch', pitch = 2 }
+pen = 4
+surface.top = { fill = { angle = 30, gap = 0 }, pen = { hatch = 7 }, curves = ['iso'] }
+
+[object.surface.left]
+fill = 'none'
+hidden = 'layer'
+
+[style]
+fill = { kind = 'cross', pitch = 9, gap = 1 }
+";
+    let model = Model { styles: import(text).styles, scene: import(text).scene, ..Model::default() };
+    let choices = model.choices();
+    assert_eq!(choices.len(), 12);
+    for (surface, choice) in model.scene.surfaces.iter().zip(&choices) {
+        let fill = choice.fill;
+        let found = (fill.kind, fill.degrees, fill.pitch_mm, fill.gap_mm);
+        let hatch = Some(Some(FillKind::Hatch));
+        match surface.name.as_str() {
+            "top" => {
+                assert_eq!(found, (hatch, Some(30.0), Some(2.0), Some(0.0)));
+                assert_eq!((choice.pens.of(CurveKind::Hatch), choice.pens.of(CurveKind::Crease)), (7, 4));
+                assert!(choice.curves.is_some_and(|curves| curves.iso && !curves.crease));
+            }
+            "left" => {
+                assert_eq!((fill.kind, choice.hidden), (Some(None), Some(Hidden::Layer)));
+                assert_eq!(choice.pens.of(CurveKind::Hatch), 4);
+            }
+            _ => assert_eq!((found, choice.hidden), ((hatch, None, Some(2.0), Some(1.0)), None), "{}", surface.name),
+        }
+    }
+}
+
+#[test]
+fn a_surface_that_there_is_not_is_told_with_its_line_and_the_nearest_one() {
+    let all = |keys: &str| format!("[[object]]\nbox = {{ size = [1, 1, 1] }}\n{keys}");
+    let told = message(&all("surface.tpo = { fill = 'hatch' }"));
+    assert!(
+        told.starts_with("line 3: `surface`: the object has no surface `tpo`; the nearest name is `top`, and all are "),
+        "{told}"
+    );
+    for name in ["top", "bottom", "left", "right", "front", "back"] {
+        assert!(told.contains(name), "{told}");
+    }
+    let told = message(&all("surface = { top = { fill = 'hatch' },  bottom = { fil = 'hatch' } }"));
+    assert!(told.starts_with("line 3: there is no key `fil` in a surface; the nearest one is `fill`, and all are pen, curves, iso, hidden, fill"), "{told}");
+    let told = message(&all("surface = 'top'"));
+    assert!(
+        told.starts_with("line 3: `surface` is the text \"top\"; give a table of surfaces by their names"),
+        "{told}"
+    );
+    let told = message(&all("surface.top = 'hatch'"));
+    assert!(
+        told.starts_with("line 3: `top` is the text \"hatch\"; give a table of pen, curves, iso, hidden, fill"),
+        "{told}"
+    );
+    let told = message(&all("surface.top.crease_angle = 3"));
+    assert!(told.contains("no key `crease_angle` in a surface"), "{told}");
+    // Of a great many only the first are told.
+    let many = "[[object]]\nmodel = 'spring'\nsurface.coil = { pen = 2 }";
+    let told = message(many);
+    assert!(told.contains(" more") && told.len() < 1000, "{told}");
 }
