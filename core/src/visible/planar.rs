@@ -26,6 +26,9 @@ pub(super) struct Edge {
     /// Places along the curve, ends included, with chords within the tolerance: parameter and position in view space. The first and
     /// the last position are those of the vertices on the screen.
     pub(super) places: Vec<(f64, DVec3)>,
+    /// Other curves that run along it, nearer than what counts as one place, and borders of what lies beside it as much as its own:
+    /// index, and places as of its own.
+    pub(super) others: Vec<(usize, Vec<(f64, DVec3)>)>,
 }
 
 impl Edge {
@@ -272,7 +275,7 @@ fn edges(subject: &Subject<'_>, parts: Vec<Part>, mut nodes: Nodes, contact: f64
                 let middle = 0.5 * (a + b);
                 places.insert(1, (middle, curve.point(g, middle)));
             }
-            let edge = Edge { curve: part.curve, ends, places };
+            let edge = Edge { curve: part.curve, ends, places, others: Vec::new() };
             if ends[0] == ends[1] && edge.length() <= 4.0 * contact {
                 continue;
             }
@@ -298,7 +301,8 @@ fn edges(subject: &Subject<'_>, parts: Vec<Part>, mut nodes: Nodes, contact: f64
 }
 
 /// Of edges that run within `contact` of each other from one vertex to another leaves one, an active one if there is one: a line
-/// touches the silhouette of its own surface, and what lies between them there is as narrow as what counts as one place.
+/// touches the silhouette of its own surface, and what lies between them there is as narrow as what counts as one place. It is the
+/// edge of all of them.
 fn drop_doubled(subject: &Subject<'_>, edges: &mut Vec<Edge>, contact: f64) {
     let mut between: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
     for (k, edge) in edges.iter().enumerate() {
@@ -311,7 +315,12 @@ fn drop_doubled(subject: &Subject<'_>, edges: &mut Vec<Edge>, contact: f64) {
             for &b in &same[i + 1..] {
                 if !dropped[a] && !dropped[b] && runs_along(subject, &edges[a], &edges[b], contact) {
                     let stays = subject.curves[edges[a].curve].active || !subject.curves[edges[b].curve].active;
-                    dropped[if stays { b } else { a }] = true;
+                    let (stays, goes) = if stays { (a, b) } else { (b, a) };
+                    dropped[goes] = true;
+                    let gone = &mut edges[goes];
+                    let mut others = core::mem::take(&mut gone.others);
+                    others.push((gone.curve, gone.places.clone()));
+                    edges[stays].others.extend(others);
                 }
             }
         }

@@ -141,6 +141,8 @@ struct Place {
     left: DVec2,
     /// Distance from all other edges, at the most as far as sight lines pass.
     clearance: f64,
+    /// How far the other curves of the edge lie to its left, and to its right.
+    room: [f64; 2],
 }
 
 impl Look<'_> {
@@ -203,7 +205,20 @@ impl Look<'_> {
                 clearance = clearance.min(self.distance(q, other, i, clearance));
             }
         }
-        Some(Place { t, p, left: direction.perp(), clearance })
+        let left = direction.perp();
+        let mut room = [0.0_f64; 2];
+        for (curve, places) in &edge.others {
+            let off = self.offset(q, *curve, places).dot(left);
+            room = [room[0].max(off), room[1].max(-off)];
+        }
+        Some(Place { t, p, left, clearance, room })
+    }
+
+    /// Where the nearest place of another curve of an edge is, from a place of the edge.
+    fn offset(&self, q: DVec2, curve: usize, places: &[(f64, DVec3)]) -> DVec2 {
+        let point = |t: f64| self.subject.curves[curve].point(&self.subject.geometry, t).truncate();
+        let near = places.windows(2).map(|w| nearest(point, q, [w[0].0, w[1].0], PRECISION));
+        near.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(DVec2::ZERO, |n| point(n.0) - q)
     }
 
     /// Distance of a place from the part of an edge over a chord, if it is less than `least`. The curve it is that counts: where two
@@ -221,15 +236,17 @@ impl Look<'_> {
 
     /// What lies on both sides of a place, if it is clear. `fold` is the side on which the sheets of a silhouette lie, if that is known.
     fn beside(&self, edge: &Edge, place: &Place, fold: Option<i8>, scratch: &mut RayScratch) -> Option<Sides> {
-        let distance = 0.3 * place.clearance;
-        if distance * NEARER <= 8.0 * self.subject.occluders.resolution() {
+        // Beyond all curves that the edge is made of, and well before the next edge.
+        let distance = place.room.map(|room| 0.3 * (place.clearance - room));
+        if distance.iter().any(|d| d * NEARER <= 8.0 * self.subject.occluders.resolution()) {
             return None;
         }
+        let at = |side: usize, part: f64| [1.0, -1.0][side] * (place.room[side] + part * distance[side]);
         let q = place.p.truncate();
         let mut met = [None; 2];
-        for (side, sign) in [(0, 1.0), (1, -1.0)] {
-            let far = self.front(q + place.left * (sign * distance), scratch)?;
-            let near = self.front(q + place.left * (sign * distance * NEARER), scratch)?;
+        for side in [0, 1] {
+            let far = self.front(q + place.left * at(side, 1.0), scratch)?;
+            let near = self.front(q + place.left * at(side, NEARER), scratch)?;
             met[side] = match (far, near) {
                 (None, None) => None,
                 (Some(far), Some(near)) if far.surface == near.surface => Some([far, near]),
