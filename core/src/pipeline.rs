@@ -412,7 +412,7 @@ impl Prepared {
         let border = BorderOptions { tolerance, normal_angle, contact: 2.0 * STITCH * size };
         let found = picture.seen(split, monitor, |subject, sightings, _| {
             monitor.begin(Stage::Stroke);
-            visible_regions(subject, &sightings, border)
+            visible_regions(subject, &sightings, &picture.classifying(), border)
         })?;
         stop.check()?;
         Ok(found)

@@ -119,7 +119,8 @@ impl Surroundings<'_> {
 }
 
 impl<'a> Subject<'a> {
-    fn surroundings(&self) -> Surroundings<'a> {
+    /// What sight lines are sent through.
+    pub(crate) fn surroundings(&self) -> Surroundings<'a> {
         let Self { geometry, stitching, occluders, cracks, .. } = *self;
         Surroundings { geometry, stitching, occluders, cracks }
     }

@@ -13,6 +13,7 @@
 mod border;
 mod planar;
 mod sides;
+mod uncovered;
 mod walk;
 
 use alloc::vec::Vec;
@@ -20,7 +21,7 @@ use alloc::vec::Vec;
 use glam::DVec2;
 
 use crate::extract::CurveKind;
-use crate::visibility::{RayScratch, Sighting, Subject};
+use crate::visibility::{ClassifyOptions, RayScratch, Sighting, Subject};
 use border::Border;
 use walk::Half;
 
@@ -105,7 +106,7 @@ pub struct VisibleStats {
     pub inner: u64,
     /// Vertices.
     pub vertices: u64,
-    /// Sight lines for the surfaces beside edges, and for points on the surfaces behind them.
+    /// Sight lines for the surfaces beside edges, for points on the surfaces behind them, and for pieces that a hidden curve covers.
     pub rays: u64,
 }
 
@@ -145,9 +146,15 @@ pub(crate) struct BorderOptions {
     pub(crate) contact: f64,
 }
 
-/// The visible regions of all surfaces, from all that is seen of the curves that can border them.
-pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], options: BorderOptions) -> VisibleRegions {
-    let map = planar::map(subject, sightings, options.tolerance, options.contact);
+/// The visible regions of all surfaces, from all that is seen of the curves that can border them; `asking` is how it was asked for.
+pub(crate) fn visible_regions(
+    subject: &Subject<'_>,
+    sightings: &[Sighting],
+    asking: &ClassifyOptions,
+    options: BorderOptions,
+) -> VisibleRegions {
+    let (visible, asked) = uncovered::visible(subject, sightings, asking, &options);
+    let map = planar::map(subject, &visible, options.tolerance, options.contact);
     let (sides, rays) = sides::sides(subject, &map, options.tolerance);
     let inner = map.edges.iter().zip(&sides).filter(|(e, s)| s.as_ref().is_some_and(|s| walk::is_inner(subject, e, s)));
     let mut out = VisibleRegions {
@@ -156,7 +163,7 @@ pub(crate) fn visible_regions(subject: &Subject<'_>, sightings: &[Sighting], opt
             edges: map.edges.len() as u64,
             inner: inner.count() as u64,
             vertices: map.vertices.len() as u64,
-            rays,
+            rays: asked + rays,
         },
         ..VisibleRegions::default()
     };

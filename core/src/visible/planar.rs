@@ -86,13 +86,12 @@ struct Part {
     nodes: Vec<(f64, usize)>,
 }
 
-/// The map of what is seen. Chords are within `tolerance`, and places within `contact` of each other are one.
-pub(super) fn map(subject: &Subject<'_>, sightings: &[Sighting], tolerance: f64, contact: f64) -> Map {
+/// The map of what is `visible`. Chords are within `tolerance`, and places within `contact` of each other are one.
+pub(super) fn map(subject: &Subject<'_>, visible: &[Sighting], tolerance: f64, contact: f64) -> Map {
     let g = &subject.geometry;
-    let visible: Vec<Sighting> = sightings.iter().filter(|s| s.qi == 0).cloned().collect();
     let mut nodes = Nodes::default();
     let mut parts: Vec<Part> = Vec::new();
-    for run in runs(&visible) {
+    for run in runs(visible) {
         if subject.stop.is_wanted() {
             return Map::default();
         }

@@ -84,7 +84,7 @@ const PLACES: [f64; 9] = [0.5, 0.31, 0.69, 0.17, 0.83, 0.41, 0.59, 0.07, 0.93];
 const FARTHEST: f64 = 0.01;
 
 /// Farthest that a curve is from its chords, in tolerances, which are measured at three places of each: as far again is on the safe side.
-const SAG: f64 = 2.0;
+pub(super) const SAG: f64 = 2.0;
 
 /// Part of a distance from another edge to which it is sought.
 const PRECISION: f64 = 0.1;
