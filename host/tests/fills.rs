@@ -226,6 +226,60 @@ fn fills_keep_their_gap_from_all_outlines_of_models() {
     }
 }
 
+/// Whether a point is inside loops by the even-odd rule, or within `near` of one of their sides.
+fn is_inside(p: DVec2, loops: &[Vec<DVec2>], near: f64) -> bool {
+    let sides = loops.iter().flat_map(|own| own.iter().zip(own.iter().cycle().skip(1)));
+    let mut inside = false;
+    for (a, b) in sides {
+        if apart([p, p], [*a, *b]) <= near {
+            return true;
+        }
+        if (a.y <= p.y) != (b.y <= p.y) {
+            inside ^= a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x;
+        }
+    }
+    inside
+}
+
+#[test]
+fn fills_are_where_something_is_seen_and_isocurves_where_their_surface_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for (model, kind) in [
+        ("linked_tori", "contour"),
+        ("linked_tori", "iso"),
+        ("vase --view top", "iso"),
+        ("teapot", "iso"),
+        ("teapot", "contour"),
+    ] {
+        let own = drawn(folder.path(), &format!("{model} --fill {kind} --fill-pitch 4 --emit-regions regions.json"));
+        let json: Value = serde_json::from_slice(&fs::read(folder.path().join("regions.json")).unwrap()).unwrap();
+        let shape = |region: &Value| {
+            let points = |own: &Value| -> Vec<DVec2> {
+                let edges = own.as_array().unwrap().iter();
+                let page = |edge: &Value| -> Vec<[f64; 2]> { serde_json::from_value(edge["page"].clone()).unwrap() };
+                edges.flat_map(page).map(DVec2::from).collect()
+            };
+            let loops: Vec<Vec<DVec2>> = region["loops"].as_array().unwrap().iter().map(points).collect();
+            (region["surface"].as_u64().unwrap(), loops)
+        };
+        let shapes: Vec<(u64, Vec<Vec<DVec2>>)> = json["regions"].as_array().unwrap().iter().map(shape).collect();
+        let drawing: Value = serde_json::from_slice(&fs::read(folder.path().join("drawn.json")).unwrap()).unwrap();
+        let surfaces = drawing["polylines"].as_array().unwrap().iter().map(|p| p["surface"].as_u64().unwrap());
+        let mut count = 0;
+        for ((_, _, page), surface) in own.0.iter().zip(surfaces).filter(|((kind, ..), _)| kind == "hatch") {
+            for w in page.windows(2) {
+                let p = w[0].midpoint(w[1]);
+                // Strokes of neighbours that meet are one, and have the surface of the one.
+                let of = |s: &&(u64, Vec<Vec<DVec2>>)| kind == "contour" || s.0 == surface || model != "linked_tori";
+                assert!(shapes.iter().filter(of).any(|(_, loops)| is_inside(p, loops, 0.02)), "{model} {kind}: {p}");
+                count += 1;
+            }
+        }
+        println!("{model} {kind}: {count} places");
+        assert!(count > 100, "{count}");
+    }
+}
+
 #[test]
 fn surfaces_of_an_object_have_fills_and_pens_of_their_own() {
     let folder = tempfile::tempdir().unwrap();

@@ -69,7 +69,7 @@ impl Shapes {
         self.moved(mm, mm / 8.0)?.moved(-mm, mm / 8.0)
     }
 
-    /// What of the shapes is farther than `mm` from lines, and by no more than `chord_mm` farther.
+    /// What of the shapes is farther than `mm` from lines, to within `chord_mm`.
     ///
     /// # Errors
     /// As [`of`](Self::of).
@@ -79,7 +79,9 @@ impl Shapes {
         mm: f64,
         chord_mm: f64,
     ) -> Result<Self, OffsetError> {
-        let lines: Vec<Contour> = lines.into_iter().map(contour).collect();
+        // Borders may have a great many corners on one line, each of which would get a circle of its own.
+        let thin = |line: &[DVec2]| kept(line, chord_mm).into_iter().map(|k| line[k].to_array()).collect();
+        let lines: Vec<Contour> = lines.into_iter().map(thin).collect();
         if self.is_empty() || lines.is_empty() {
             return Ok(self);
         }
@@ -184,6 +186,10 @@ mod tests {
         assert!((area(&left) - (400.0 - near)).abs() < 0.05, "{}", area(&left));
         let nearest = left.borders().flatten().filter(|p| p.distance(line[0]) < 4.0).map(|p| p.distance(line[0]));
         assert!(nearest.fold(f64::INFINITY, f64::min) > 2.0 - 1e-5);
+        // So does one of many corners that are on it.
+        let many: Vec<DVec2> = (0..=5000).map(|k| line[0].lerp(line[1], f64::from(k) / 5000.0)).collect();
+        let other = Shapes::of([&square(0.0, 20.0)[..]]).unwrap().away_from([&many[..]], 2.0, 1e-3).unwrap();
+        assert!((area(&other) - area(&left)).abs() < 1e-6, "{} {}", area(&other), area(&left));
     }
 
     #[test]
