@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 
 use super::planar::Edge;
 use super::sides::{Beside, apart};
-use super::{BorderOptions, BorderPoint};
+use super::{BorderOptions, BorderPoint, Straight};
 use crate::extract::SurfaceCurve;
 use crate::visibility::{RayScratch, Subject};
 
@@ -23,6 +23,9 @@ const WIDEST: f64 = 0.05;
 /// Parts of the chord by which a point is moved inwards if the surface is not met at its end. The chord is then as short as the
 /// contact tolerance, to which the ends of edges are known.
 const INWARDS: [f64; 4] = [1e-4, 1e-2, 0.1, 0.5];
+
+/// Within this part of the parameter range of its end a place counts as one on the seam of a closed surface.
+const ON_SEAM: f64 = 1e-6;
 
 /// How far aside a point is moved, in contact tolerances, if the surface is not met at the edge.
 const ASIDE: [f64; 3] = [1.0, 4.0, 16.0];
@@ -42,7 +45,7 @@ pub(super) struct Border<'a> {
     pub(super) beside: &'a Beside,
     /// Whether the region lies on the right of the edge in its own direction.
     pub(super) right: bool,
-    pub(super) options: BorderOptions,
+    pub(super) options: BorderOptions<'a>,
     pub(super) scratch: &'a mut RayScratch,
     /// The first place at which no point of the surface was found.
     pub(super) missing: Option<DVec2>,
@@ -88,7 +91,8 @@ impl Border<'_> {
         let bent = turn > self.options.normal_angle
             // An arc of so much turn rises so far over its chord.
             || 0.125 * turn * self.chord(from, to) > self.options.tolerance
-            || apart(self.subject, self.beside.surface, from.uv, to.uv) > WIDEST;
+            || apart(self.subject, self.beside.surface, from.uv, to.uv) > WIDEST
+            || (!last && self.strays(from, to));
         // Where it is not found once it is sought no more closely: the edge borders another surface there.
         let sought = found.is_none() && self.missing.is_none();
         if (bent || sought) && !last {
@@ -104,11 +108,78 @@ impl Border<'_> {
         to
     }
 
-    /// Parameters of the surface at a place, near those of the place before it. Beside a silhouette that runs along a join of surfaces, no
+    /// Whether the chord between two places strays too far from the border half-way, on the surface or straight across, as the camera sees it
+    /// that asks for this.
+    fn strays(&mut self, from: Place, to: Place) -> bool {
+        let Some(Straight { camera, tolerance }) = self.options.straight else { return false };
+        let t = 0.5 * (from.t + to.t);
+        let p = self.curve().point(&self.subject.geometry, t);
+        // Where it is not found it is sought nearer by, as ends of chords are.
+        let Some(uv) = self.uv((t, p), from, false) else { return self.missing.is_none() };
+        let (view, surface) = (self.subject.geometry.view, self.beside.surface);
+        let seen = |uv: DVec2| camera.project(view.model_point(surface, uv)).map(DVec3::truncate);
+        let (Some(a), Some(b), Some(c)) = (seen(from.uv), seen(to.uv), seen(uv)) else { return false };
+        let (d, length) = (b - a, a.distance_squared(b));
+        if length == 0.0 {
+            return seen(0.5 * (from.uv + to.uv)).is_some_and(|m| m.distance(c).max(a.distance(c)) > tolerance);
+        }
+        let mut share = ((c - a).dot(d) / length).clamp(0.0, 1.0);
+        if c.distance(a + share * d) > tolerance {
+            return true;
+        }
+        // The chord in the parameters passes the place sooner or later than a straight one.
+        let mut off = f64::INFINITY;
+        for _ in 0..3 {
+            let Some(m) = seen(from.uv + share * (to.uv - from.uv)) else { return false };
+            off = off.min(m.distance(c));
+            share = (share + (c - m).dot(d) / length).clamp(0.0, 1.0);
+        }
+        off > tolerance
+    }
+
+    /// Parameters of the surface at a place, near those of the place before it.
+    fn uv(&mut self, place: (f64, DVec3), before: Place, last: bool) -> Option<DVec2> {
+        self.found(place, before, last).map(|uv| self.over_seam(uv, before.uv))
+    }
+
+    /// Of the parameters of a place on the seam of a closed surface, at which it ends twice, those that are nearer to `before`.
+    fn over_seam(&self, uv: DVec2, before: DVec2) -> DVec2 {
+        let (view, surface) = (self.subject.geometry.view, self.beside.surface);
+        let far = |uv: DVec2| apart(self.subject, surface, uv, before);
+        if far(uv) <= WIDEST {
+            return uv;
+        }
+        let grid = &view.surfaces()[surface];
+        let twin = |uv: DVec2, along_u: bool| {
+            let breaks = if along_u { &grid.u_breaks } else { &grid.v_breaks };
+            let (at, low, high) = (if along_u { uv.x } else { uv.y }, breaks[0], breaks[breaks.len() - 1]);
+            let near = ON_SEAM * (high - low);
+            let other = if at - low <= near {
+                high
+            } else if high - at <= near {
+                low
+            } else {
+                at
+            };
+            if along_u { DVec2::new(other, uv.y) } else { DVec2::new(uv.x, other) }
+        };
+        let mut best = uv;
+        for along_u in [true, false] {
+            let other = twin(best, along_u);
+            let is_one =
+                || view.model_point(surface, other).distance(view.model_point(surface, best)) <= self.options.contact;
+            if far(other) < far(best) && is_one() {
+                best = other;
+            }
+        }
+        best
+    }
+
+    /// As [`uv`](Self::uv), on the seam of a closed surface on either side. Beside a silhouette that runs along a join of surfaces, no
     /// farther from it than what counts as one place, the other surface is met a little aside. Exactly at a fold or a cusp, where edges
     /// end, the sight line may miss the sheet that is followed, and aside of it meet another sheet of the same surface: there the place is moved
     /// towards the one before, the `last` time it is asked for, and aside only if that does not help.
-    fn uv(&mut self, (t, p): (f64, DVec3), before: Place, last: bool) -> Option<DVec2> {
+    fn found(&mut self, (t, p): (f64, DVec3), before: Place, last: bool) -> Option<DVec2> {
         let (subject, surface) = (self.subject, self.beside.surface);
         if let Some(sheet) = self.beside.sheet {
             return Some(sheet.uv(subject, self.curve(), t, p, Some(before.uv)));

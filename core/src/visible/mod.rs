@@ -4,7 +4,7 @@
 //! What the earlier stages see of all boundaries, creases, silhouettes, smooth joins and sections are the edges of the picture's
 //! planar map (`planar`). Sight lines say which surface is nearest on either side of each (`sides`); an edge borders the
 //! regions of the one and of the other, unless that is the same part of one surface. The borders are walked into loops
-//! (`walk`), and their points found on the surfaces (`border`).
+//! (`walk`), their points found on the surfaces (`border`), and loops that have gone on with another sheet put right (`sheets`).
 //!
 //! Nothing is intersected here: where one edge ends on another is known from splitting. Nor is anything closed in silence: a
 //! vertex that more edges of a region enter than leave shows that an edge is missing or what lies beside it is wrong, and is
@@ -12,6 +12,7 @@
 
 mod border;
 mod planar;
+mod sheets;
 mod sides;
 mod uncovered;
 mod walk;
@@ -21,8 +22,10 @@ use alloc::vec::Vec;
 use glam::DVec2;
 
 use crate::extract::CurveKind;
+use crate::view::Camera;
 use crate::visibility::{ClassifyOptions, RayScratch, Sighting, Subject};
 use border::Border;
+use sheets::Sheets;
 use walk::Half;
 
 /// What is visible of a scene, surface by surface.
@@ -137,13 +140,24 @@ impl VisibleLoop {
 
 /// How finely borders are made.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BorderOptions {
+pub(crate) struct BorderOptions<'a> {
     /// Largest distance of a chord from the border, screen units.
     pub(crate) tolerance: f64,
     /// Largest turn of the normal between neighbouring points, radians.
     pub(crate) normal_angle: f64,
     /// Places within this of one another are one, screen units.
     pub(crate) contact: f64,
+    /// How straight borders are between neighbouring points in the parameters, if that is asked for.
+    pub(crate) straight: Option<Straight<'a>>,
+}
+
+/// How straight borders are in the parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Straight<'a> {
+    /// Who looks at the chords.
+    pub(crate) camera: &'a Camera,
+    /// Largest distance of a chord in the parameters, and of a straight one, from the border on this camera's screen.
+    pub(crate) tolerance: f64,
 }
 
 /// The visible regions of all surfaces, from all that is seen of the curves that can border them; `asking` is how it was asked for.
@@ -151,7 +165,7 @@ pub(crate) fn visible_regions(
     subject: &Subject<'_>,
     sightings: &[Sighting],
     asking: &ClassifyOptions,
-    options: BorderOptions,
+    options: BorderOptions<'_>,
 ) -> VisibleRegions {
     let (visible, asked) = uncovered::visible(subject, sightings, asking, &options);
     let map = planar::map(subject, &visible, options.tolerance, options.contact);
@@ -201,12 +215,17 @@ pub(crate) fn visible_regions(
             }
             VisibleEdge { kind: subject.curves[edge.curve].kind, own: half.beside.sheet.is_some(), points }
         };
-        let closed = |halves: &Vec<Half>| {
-            let mut edges: Vec<VisibleEdge> = halves.iter().map(&mut edge).collect();
-            over_gaps(&mut edges);
-            VisibleLoop { edges }
-        };
-        let loops = walked.loops.iter().map(closed).collect();
+        let walked =
+            walked.loops.iter().map(|own| VisibleLoop { edges: own.iter().map(&mut edge).collect() }).collect();
+        let near = walk::WIDEST_GAP * subject.geometry.view.size();
+        let tolerance = options.tolerance + options.contact;
+        let sheets = Sheets { subject, surface: *surface, near, tolerance };
+        let mut loops = sheets.own(walked);
+        // Where loops are not asked to be polygons in the parameters it is of no matter.
+        for at in loops.iter().filter(|_| options.straight.is_some()).flat_map(|own| sheets.changes(own)) {
+            doubt(at, "the border goes on with another part of the surface here");
+        }
+        loops.iter_mut().for_each(|own| over_gaps(&mut own.edges));
         (VisibleRegion { surface: *surface, loops }, undecided, scratch.stats.rays - before)
     };
     #[cfg(feature = "parallel")]

@@ -21,7 +21,7 @@ pub(super) fn visible(
     subject: &Subject<'_>,
     sightings: &[Sighting],
     asking: &ClassifyOptions,
-    options: &BorderOptions,
+    options: &BorderOptions<'_>,
 ) -> (Vec<Sighting>, u64) {
     let mut out: Vec<Sighting> = sightings.iter().filter(|s| s.qi == 0).cloned().collect();
     let mut drawn = Drawn { subject, visible: runs(&out), options, places: BTreeMap::new() };
@@ -51,7 +51,7 @@ type Places = Vec<(f64, DVec3)>;
 struct Drawn<'a> {
     subject: &'a Subject<'a>,
     visible: Vec<Sighting>,
-    options: &'a BorderOptions,
+    options: &'a BorderOptions<'a>,
     places: BTreeMap<usize, Vec<Places>>,
 }
 

@@ -79,7 +79,7 @@ pub(super) fn halves(subject: &Subject<'_>, map: &Map, sides: &[Option<Sides>]) 
 
 /// Widest gap in a border that a loop goes straight over, of the size of the picture. It is listed whatever its width; where it is wider the
 /// border is left out, for what it encloses is not known even roughly.
-const WIDEST_GAP: f64 = 2e-3;
+pub(super) const WIDEST_GAP: f64 = 2e-3;
 
 /// Walks the halves of one surface.
 pub(super) fn walk(subject: &Subject<'_>, map: &Map, halves: &[Half]) -> Walked {
