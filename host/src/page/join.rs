@@ -17,7 +17,7 @@ const LONGEST_MM: f64 = 10.0;
 const CELL_MM: f64 = 2.0;
 
 /// Joins each isocurve to the one drawn next, of the same pen and level, if the end of the one and the beginning of the other
-/// lie in the ink of one outline, a line of `pen_width_mm`, and the way along it is less than twice the straight way, but for
+/// lie in the ink that this pen gives one outline, a line of `pen_width_mm`, and the way along it is less than twice the straight way, but for
 /// the width of the pen. A join is a polyline of its own between the two, part of the outline on the isocurves' layer; no ink is
 /// added where there is none.
 ///
@@ -43,7 +43,7 @@ struct Foot {
     off: f64,
 }
 
-/// What is inked besides isocurves, in square cells.
+/// What is inked besides isocurves and the lines of fills, in square cells.
 struct Outlines<'a> {
     polylines: &'a [Polyline],
     /// Segments, by polyline and index, of those that may come into a cell.
@@ -56,7 +56,8 @@ impl<'a> Outlines<'a> {
     fn new(polylines: &'a [Polyline]) -> Self {
         let mut outlines = Self { polylines, cells: HashMap::new(), lengths: HashMap::new() };
         for (k, line) in polylines.iter().enumerate() {
-            if line.kind == Some(CurveKind::Iso) || !line.visible || !line.page.iter().all(|p| p.is_finite()) {
+            let is_outline = !matches!(line.kind, Some(CurveKind::Iso | CurveKind::Hatch));
+            if !is_outline || !line.visible || !line.page.iter().all(|p| p.is_finite()) {
                 continue;
             }
             let mut lengths = vec![0.0];
@@ -71,11 +72,11 @@ impl<'a> Outlines<'a> {
         outlines
     }
 
-    /// The nearest place on each outline within `reach` of `p`.
-    fn feet(&self, p: DVec2, reach: f64) -> Vec<Foot> {
+    /// The nearest place on each outline of a pen within `reach` of `p`.
+    fn feet(&self, p: DVec2, reach: f64, pen: u32) -> Vec<Foot> {
         let mut feet: Vec<Foot> = Vec::new();
         let near = cells(p - reach, p + reach).filter_map(|cell| self.cells.get(&cell)).flatten();
-        for &(outline, segment) in near {
+        for &(outline, segment) in near.filter(|(outline, _)| self.polylines[*outline].pen == pen) {
             let page = &self.polylines[outline].page;
             let (a, d) = (page[segment], page[segment + 1] - page[segment]);
             let share = if d == DVec2::ZERO { 0.0 } else { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) };
@@ -105,7 +106,7 @@ impl<'a> Outlines<'a> {
         if !(straight > 0.0 && straight <= most) {
             return None;
         }
-        let (feet, others) = (self.feet(a, pen_width_mm / 2.0), self.feet(b, pen_width_mm / 2.0));
+        let [feet, others] = [a, b].map(|p| self.feet(p, pen_width_mm / 2.0, from.pen));
         let pairs = feet.iter().flat_map(|f| others.iter().filter(|o| o.outline == f.outline).map(move |o| (f, o)));
         let ways = pairs.map(|(f, o)| (self.round(f, o), f, o));
         let ((length, over_start), from, to) = ways.min_by(|x, y| x.0.0.total_cmp(&y.0.0))?;
@@ -242,6 +243,18 @@ mod tests {
         assert_eq!(changed(|lines| lines[2].pen = 2), 17);
         assert_eq!(changed(|lines| lines[0].visible = false), 0);
         assert_eq!(changed(|lines| lines[5].surface = 1), 19);
+    }
+
+    #[test]
+    fn no_way_leads_along_the_line_of_a_fill_or_over_ink_of_another_pen() {
+        let changed = |change: fn(&mut Polyline)| {
+            let mut lines = with_frame(rungs());
+            change(&mut lines[0]);
+            joins(lines, 0.3).len()
+        };
+        assert_eq!(changed(|_| {}), 19);
+        assert_eq!(changed(|frame| frame.kind = Some(CurveKind::Hatch)), 0);
+        assert_eq!(changed(|frame| frame.pen = 2), 0);
     }
 
     proptest! {
