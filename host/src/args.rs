@@ -29,7 +29,7 @@ pub struct DrawArgs {
     pub emit_regions: Option<PathBuf>,
     /// Paint the surfaces, lit by --light, instead of drawing: a quick look, as .png, that lies on the page as the drawing
     /// will
-    #[arg(long, conflicts_with = "stats")]
+    #[arg(long, conflicts_with_all = ["stats", "shadows"])]
     pub render: bool,
     /// What is drawn, and on which paper
     #[command(flatten)]
@@ -81,6 +81,10 @@ pub struct DrawingArgs {
     /// Direction to the light as the viewer sees it: to the right, up, towards the viewer
     #[arg(long, value_name = "X,Y,Z", default_value = "-1,1,1", allow_hyphen_values = true)]
     pub light: String,
+    /// Darken what lies in the shadow of --light: all lines of --fill are drawn there, and elsewhere only those that --shade asks
+    /// for. --emit-regions writes the shadows too
+    #[arg(long)]
+    pub shadows: bool,
     /// Cover what is visible of surfaces with lines, which take the place of isocurves unless --curves or --iso asks for these: hatch
     /// (parallel), cross (both ways), contour (along the outlines, one within the other), iso (isocurves), or none. They follow --shade [default: the scene's, or none]
     #[arg(long, value_name = "KIND")]

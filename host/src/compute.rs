@@ -18,6 +18,7 @@ use crate::page::{self, Layout, PathChoice, Shares, Window};
 use crate::progress::Progress;
 use crate::regions::{NORMAL_ANGLE, Shapes};
 use crate::settle::Settled;
+use crate::shadow::{self, ShadowError, ShadowShapes};
 use crate::stats::Seconds;
 
 /// A drawing with what is known about its making.
@@ -35,6 +36,8 @@ pub struct Computed {
     pub notes: Vec<String>,
     /// What is visible of every surface, if that was asked for.
     pub regions: Option<Shapes>,
+    /// What is visible and in shadow, if that was asked for.
+    pub shadows: Option<ShadowShapes>,
 }
 
 /// A model that has been read, and what is settled about its drawing.
@@ -90,6 +93,11 @@ impl Loaded<'_> {
     /// Whether hidden curves are told apart.
     pub(crate) fn depths(&self) -> page::Depths {
         self.options.depths
+    }
+
+    /// Whether shadows are darkened.
+    pub(crate) fn has_shadows(&self) -> bool {
+        self.options.shadows
     }
 
     /// Whether curves leave gaps beside outlines.
@@ -187,7 +195,7 @@ pub(crate) fn place(loaded: Loaded<'_>) -> Result<Placed<'_>, Error> {
 pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let (options, progress, path, curved) = (loaded.options, loaded.progress, loaded.path, loaded.curved);
     let with_regions = loaded.regions;
-    let Placed { scene, view, mut prepared, layout, settled, watch, .. } = place(loaded)?;
+    let Placed { scene, view, wanted, mut prepared, layout, settled, watch } = place(loaded)?;
     if let Some(adaptive) = &settled.adaptive {
         prepared.cover(&adaptive.on_screen(&layout), &watch).map_err(|e| watch.reason(e.into()))?;
     }
@@ -198,13 +206,32 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
     let levels = settled.adaptive.map_or(1, |adaptive| adaptive.levels);
     let mut polylines = page::lay_out(&traced.strokes, &layout, &settled.inks, options.depths, levels);
     let is_filled = settled.fills.iter().any(Option::is_some);
-    let mut regions = None;
+    if options.shadows && !with_regions && !is_filled {
+        return Err(Error::Shadows);
+    }
+    let (mut regions, mut shadows) = (None, None);
     if with_regions || is_filled {
         // Fills ask nothing of the normals of borders.
         let normal_angle = if with_regions { NORMAL_ANGLE } else { PI };
-        let found = prepared.visible_regions(tolerance, normal_angle, &watch).map_err(|e| watch.reason(e.into()))?;
+        let found = if options.shadows {
+            shadow::visible(&prepared, tolerance, normal_angle, &watch)
+        } else {
+            prepared.visible_regions(tolerance, normal_angle, &watch)
+        };
+        let found = found.map_err(|e| watch.reason(e.into()))?;
+        if options.shadows {
+            let cast = shadow::shadows(&scene, &prepared, &found, options.light, tolerance, &wanted, &watch);
+            let cast = cast.map_err(|e| match e {
+                ShadowError::Picture(e) => watch.reason(e),
+                ShadowError::Light(e) => e.into(),
+            })?;
+            shadows = Some(ShadowShapes::new(&cast, &scene, &layout));
+        }
         if is_filled {
-            polylines.extend(filled::fills(&prepared, &found, &settled, &layout, tolerance, &polylines, &watch)?);
+            let dark = shadows.as_ref().map(ShadowShapes::areas);
+            let (prepared, regions, shadows, layout) = (&prepared, &found, dark.as_deref(), &layout);
+            let filled = filled::Filled { prepared, regions, shadows, settled: &settled, layout, tolerance };
+            polylines.extend(filled::fills(&filled, &polylines, &watch)?);
         }
         regions = with_regions.then(|| Shapes::new(&found, &scene, &layout, settled.page));
     }
@@ -230,7 +257,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
         slack_mm: shares.slack_mm,
         polylines,
     };
-    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes, regions })
+    Ok(Computed { drawing, view, stats: traced.stats, seconds, notes, regions, shadows })
 }
 
 /// Shows how much is read, and stops reading at Ctrl-C or when the time is over.

@@ -54,6 +54,11 @@ pub enum Error {
         /// What was being done.
         doing: String,
     },
+    /// Shadows of nothing that is filled or written.
+    #[error(
+        "--shadows: nothing is filled that shadows could darken; give --fill hatch or --fill cross, or write the shadows with --emit-regions"
+    )]
+    Shadows,
     /// The picture does not go on the paper.
     #[error(transparent)]
     Layout(#[from] LayoutError),

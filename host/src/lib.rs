@@ -9,6 +9,7 @@
 //! | [`compute`] | runs the stages of the core, with their times in [`stats`] |
 //! | [`page`], [`pens`], [`drawing`] | strokes on paper: scale, place, dashes, pens, order |
 //! | [`fill`] | visible regions covered with lines |
+//! | [`shadow`] | what is visible and not lit |
 //! | [`marking`] | registration marks and a title on the sheet |
 //! | [`redraw`] | a drawing from a file, drawn again |
 //! | [`store`] | a scene with its drawing's options, for a board that draws it by itself |
@@ -48,6 +49,7 @@ pub mod regions;
 pub mod render;
 pub mod resume;
 pub mod settle;
+pub mod shadow;
 pub mod sim;
 pub mod stats;
 pub mod store;

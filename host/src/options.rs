@@ -117,6 +117,8 @@ pub struct DrawingOptions {
     pub tone: Option<Tone>,
     /// Direction to the light in the viewer's frame: right, up, towards the eye.
     pub light: DVec3,
+    /// Whether shadows are darkened.
+    pub shadows: bool,
     /// Largest angle, in radians, between facets of a mesh that stand for one smooth surface.
     pub crease_angle: Option<f64>,
     /// Width of the pen in mm.
@@ -221,6 +223,7 @@ impl DrawingOptions {
             isocurves,
             tone,
             light,
+            shadows: args.shadows,
             crease_angle: args.crease_angle.map(f64::to_radians),
             pen_width_mm: args.pen_width,
             depths,

@@ -170,7 +170,7 @@ impl Redraw {
         }
         seconds.page = started.elapsed().as_secs_f64();
         let view = view.unwrap_or(View::ISOMETRIC);
-        Ok(Computed { drawing, view, stats: Default::default(), seconds, notes, regions: None })
+        Ok(Computed { drawing, view, stats: Default::default(), seconds, notes, regions: None, shadows: None })
     }
 
     /// Reads the drawings as one.
@@ -312,6 +312,7 @@ fn of_models(args: &DrawingArgs) -> Option<&'static str> {
         ("--iso-metric", args.iso_metric != "paper"),
         ("--iso-levels", args.iso_levels != 1),
         ("--shade", args.shade.is_some()),
+        ("--shadows", args.shadows),
         ("--fill", args.fill.is_some()),
         ("--fill-angle", args.fill_angle.is_some()),
         ("--fill-pitch", args.fill_pitch.is_some()),

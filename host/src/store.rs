@@ -34,6 +34,9 @@ pub enum StoreError {
     /// Pens by kind.
     #[error("--pen: a board draws all visible curves of a surface with one pen; give --pen N")]
     Pens,
+    /// Shadows.
+    #[error("--shadows: a board draws no shadows; leave it out")]
+    Shadows,
     /// Fills.
     #[error("--fill: a board draws no fills; leave it out, and those of the scene")]
     Fill,
@@ -62,6 +65,9 @@ pub fn store(loaded: Loaded<'_>, device: &Device) -> Result<StoredScene, Error> 
         let error = StoreError::Language { device: device.name.clone(), speaks: device.language.name() };
         return Err(error.into());
     };
+    if loaded.has_shadows() {
+        return Err(StoreError::Shadows.into());
+    }
     let apart = loaded.depths() == Depths::Apart;
     if loaded.has_gaps() {
         return Err(StoreError::Halo.into());

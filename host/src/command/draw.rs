@@ -68,9 +68,10 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
         }
     }
     if let (Some((path, format)), Some(shapes)) = (&options.regions, &computed.regions) {
+        let shadows = computed.shadows.as_ref();
         let text = match format {
-            RegionFormat::Svg => emit::regions_svg(shapes, &command_line()),
-            RegionFormat::Json => emit::regions_json(shapes, &computed.view)
+            RegionFormat::Svg => emit::regions_svg(shapes, shadows, &command_line()),
+            RegionFormat::Json => emit::regions_json(shapes, shadows, &computed.view)
                 .map_err(|source| Error::Json { path: path.clone(), source })?,
         };
         files.push((path.clone(), text.into_bytes()));
@@ -95,6 +96,9 @@ pub fn run(args: &DrawArgs) -> Result<(), Error> {
     }
     if let Some(shapes) = &computed.regions {
         eprintln!("{}", shapes.summary());
+    }
+    if let Some(shadows) = &computed.shadows {
+        eprintln!("{}", shadows.summary());
     }
     for note in &computed.notes {
         eprintln!("warning: {note}");

@@ -13,8 +13,8 @@ pub struct Loop {
 
 impl Loop {
     /// Of sides that are all borders.
-    #[cfg(test)]
-    pub(super) fn bordered(points: Vec<DVec2>) -> Self {
+    #[must_use]
+    pub fn bordered(points: Vec<DVec2>) -> Self {
         let smooth = vec![false; points.len()];
         Self { points, smooth }
     }

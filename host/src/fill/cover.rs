@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::clear::Gap;
 use super::contour::rings;
+use super::dark::{divide, in_shadow};
 use super::hatch::{Grid, Run, hatch};
 use super::offset::OffsetError;
 use super::placed;
@@ -34,6 +35,8 @@ pub struct Canvas<'a> {
     pub tone: Option<Tone>,
     /// Largest distance in mm between borders and the polygons that stand for them.
     pub tolerance_mm: f64,
+    /// The shadows of surfaces, if it matters where they are: all lines are drawn in them, and out of them only what a tone asks for.
+    pub shadows: Option<&'a [Area]>,
 }
 
 /// A line of a fill.
@@ -98,10 +101,7 @@ pub fn cover(
                     return Vec::new();
                 }
                 let runs = gap.clear(&hatch(&area.loops, &set.grid));
-                let runs = match &shading {
-                    Some(shading) => toned(&runs, area.surface, fill, &set, shading, canvas),
-                    None => runs,
-                };
+                let runs = shaded(&runs, area.surface, fill, &set, shading.as_ref(), canvas);
                 runs.into_iter().map(|run| Stretch { run, surfaces: [area.surface; 2] }).collect()
             };
             let stretches: Vec<Vec<Stretch>> = own.par_iter().map(cover).collect();
@@ -123,6 +123,24 @@ fn sets(fill: &Fill) -> Vec<Set> {
         FillKind::Cross => vec![set(fill.degrees, [0.0, 0.5]), set(fill.degrees + 90.0, [0.5, 1.0])],
         FillKind::Contour | FillKind::Iso => Vec::new(),
     }
+}
+
+/// The parts of runs that are drawn: those in shadow, and of the others those where it is dark enough for their lines, in no order.
+fn shaded(
+    runs: &[Run],
+    surface: usize,
+    fill: &Fill,
+    set: &Set,
+    shading: Option<&Shading<'_>>,
+    canvas: &Canvas<'_>,
+) -> Vec<Run> {
+    let toned = |runs: &[Run]| shading.map(|shading| toned(runs, surface, fill, set, shading, canvas));
+    let Some(shadows) = canvas.shadows else { return toned(runs).unwrap_or_else(|| runs.to_vec()) };
+    let own = shadows.iter().filter(|area| area.surface == surface).flat_map(|area| area.loops.iter().cloned());
+    let dark = in_shadow(&own.collect::<Vec<_>>(), &set.grid, 2.0 * canvas.tolerance_mm);
+    let [mut drawn, lit] = divide(runs, &dark, 2.0 * canvas.tolerance_mm);
+    drawn.extend(toned(&lit).unwrap_or_default());
+    drawn
 }
 
 /// The parts of runs where it is dark enough for their lines.

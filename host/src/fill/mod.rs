@@ -11,6 +11,7 @@
 //! | `clear`, `keep` | the gap that parallel lines, and others, keep to outlines |
 //! | `tone` | lines that end where it is light |
 //! | `along`, `placed` | lines of many vertices, and the places under them |
+//! | `dark`, `shaded` | runs, and polylines, divided by shadows |
 //! | `cover` | all of it for a picture |
 
 mod along;
@@ -19,11 +20,13 @@ pub(crate) mod choice;
 mod clear;
 mod contour;
 mod cover;
+mod dark;
 mod hatch;
 mod iso;
 mod keep;
 mod offset;
 mod placed;
+mod shaded;
 mod tone;
 
 pub use area::{Area, Loop};
@@ -34,6 +37,7 @@ pub use cover::{Canvas, Line, cover};
 pub use hatch::{Grid, Run, hatch};
 pub use iso::{iso_sets, trimmed};
 pub use offset::OffsetError;
+pub use shaded::{Light, Shade, divided};
 
 use penvis_core::extract::adaptive::Direction;
 

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use super::along::Along;
 use super::contour::Ring;
 use super::cover::{Canvas, LOOK, Line, SHORTEST, SHORTEST_TONED};
+use super::shaded::{Shade, between, united};
 use super::tone::{darker, threshold};
 use super::{Area, Fill};
 
-/// The rings of a fill as lines, open where a tone ends them. `areas` are those that it fills.
+/// The rings of a fill as lines, open where a tone ends them, or the border of a shadow if there is none. `areas` are those that it fills.
 ///
 /// Cost: a sight line for each vertex, and with a tone one for each pitch of the lines.
 pub(super) fn lines(
@@ -24,23 +25,30 @@ pub(super) fn lines(
 ) -> Vec<Line> {
     let is_one = |surface: usize| areas.binary_search_by_key(&surface, |area| area.surface).is_ok();
     let shortest = fill.pitch_mm * if shading.is_some() { SHORTEST_TONED } else { SHORTEST };
+    let shade = canvas.shadows.map(|shadows| Shade::new(shadows, &is_one));
     let work = |scratch: &mut RayScratch, ring: &Ring| -> Vec<Line> {
         if stops() {
             return Vec::new();
         }
         let mut behind = |page: DVec2| canvas.probe.nearest(&is_one, canvas.layout.to_screen(page), scratch);
-        let parts = match shading {
-            None => vec![ring.page.clone()],
+        let along = Along::new(&ring.page);
+        let whole = [0.0, along.length_mm()];
+        let dark = shade.as_ref().map_or_else(Vec::new, |shade| shade.parts(&ring.page, &along, canvas.tolerance_mm));
+        let lit = match shading {
             Some(shading) => {
-                let along = Along::new(&ring.page);
                 let mut darkness = |mm: f64| {
                     let (surface, place) = behind(along.at(mm))?;
                     Some(shading.darkness(surface, place.uv))
                 };
                 let steps = [LOOK * fill.pitch_mm, canvas.tolerance_mm];
-                along.parts(&darker([0.0, along.length_mm()], threshold(ring.number), steps, &mut darkness))
+                let mut toned = |part| darker(part, threshold(ring.number), steps, &mut darkness);
+                between(whole, &dark).into_iter().flat_map(&mut toned).collect()
             }
+            // Out of shadows nothing is filled where these are all that is asked for.
+            None if shade.is_some() => Vec::new(),
+            None => vec![whole],
         };
+        let parts = along.parts(&united([dark, lit].concat()));
         let long = parts.into_iter().filter(|page| Along::new(page).length_mm() >= shortest);
         long.filter_map(|page| line(page, fill.pen, canvas.tolerance_mm, &mut behind)).collect()
     };
