@@ -10,6 +10,7 @@ pub mod oracle;
 pub mod plotter;
 pub mod raster;
 pub mod regions;
+pub mod shadow;
 pub mod skip;
 pub mod stages;
 pub mod strokes;
