@@ -91,7 +91,9 @@ fn isocurves(
         lines.extend(match shadows {
             Some(shadows) => {
                 let is_one = |surface: usize| set.surfaces.binary_search(&surface).is_ok();
-                divided(own, &Shade::new(shadows, &is_one), light, settled.tolerance_mm)
+                // With a tone, what ends at the border of a shadow goes on beyond it.
+                let shortest_mm = if settled.tone.is_some() { 0.0 } else { fill.pitch_mm };
+                divided(own, &Shade::new(shadows, &is_one), light, [settled.tolerance_mm, shortest_mm])
             }
             None => own,
         });

@@ -79,9 +79,10 @@ pub enum Light {
     Misses,
 }
 
-/// What is left of lines where light falls, or does not. Parts that are no longer than `apart_mm` are left out.
+/// What is left of lines where light falls, or does not. What lies between parts within `apart_mm` counts with them, and what is shorter than `shortest_mm` is
+/// left out, for a pen makes dots of it.
 #[must_use]
-pub fn divided(lines: Vec<Line>, shade: &Shade, light: Light, apart_mm: f64) -> Vec<Line> {
+pub fn divided(lines: Vec<Line>, shade: &Shade, light: Light, [apart_mm, shortest_mm]: [f64; 2]) -> Vec<Line> {
     let mut left = Vec::with_capacity(lines.len());
     for line in lines {
         let along = Along::new(&line.page);
@@ -91,7 +92,7 @@ pub fn divided(lines: Vec<Line>, shade: &Shade, light: Light, apart_mm: f64) -> 
             Light::Falls => between([0.0, along.length_mm()], &dark),
         };
         let places = along.parts(&parts).into_iter().zip(along.parts_of(&line.points, DVec3::lerp, &parts));
-        let long = places.filter(|(page, _)| Along::new(page).length_mm() > apart_mm);
+        let long = places.filter(|(page, _)| Along::new(page).length_mm() >= shortest_mm);
         left.extend(long.map(|(page, points)| Line { page, points, ..line }));
     }
     left
@@ -144,6 +145,24 @@ mod tests {
         for (found, want) in found.iter().flatten().zip([0.0, 2.0, 4.0, 4.5]) {
             assert!((found - want).abs() < 1e-12, "{found} {want}");
         }
+    }
+
+    #[test]
+    fn lines_are_left_where_light_falls_or_where_it_does_not() {
+        let shade = Shade::new(&[square(0, [2.0, 0.0], [4.0, 5.0]), square(0, [6.0, 0.0], [6.2, 5.0])], &|_| true);
+        let page = [[0.0, 1.0], [3.0, 1.0], [8.0, 1.0]].map(DVec2::from).to_vec();
+        let points = page.iter().map(|p| p.extend(p.x)).collect();
+        let line = Line { surface: 0, pen: 3, page, points };
+        let left = |light| divided(vec![line.clone()], &shade, light, [0.01, 0.5]);
+        let ends = |lines: &[Line]| -> Vec<(f64, f64)> {
+            let end = |l: &Line| Some((l.page.first()?.x, l.page.last()?.x));
+            lines.iter().filter_map(end).map(|(a, b)| ((1e9 * a).round() / 1e9, (1e9 * b).round() / 1e9)).collect()
+        };
+        let (lit, dark) = (left(Light::Falls), left(Light::Misses));
+        assert_eq!(ends(&lit), [(0.0, 2.0), (4.0, 6.0), (6.2, 8.0)]);
+        assert_eq!(ends(&dark), [(2.0, 4.0)]);
+        assert_eq!((dark[0].page.len(), dark[0].pen), (3, 3));
+        assert!(dark[0].points.iter().zip(&dark[0].page).all(|(q, p)| q.distance(p.extend(p.x)) < 1e-12));
     }
 
     #[test]
