@@ -8,8 +8,8 @@ use alloc::vec::Vec;
 
 use glam::{DVec2, DVec3};
 
-use super::planar::Edge;
-use super::sides::{Beside, apart};
+use super::planar::{Edge, nearest};
+use super::sides::{Beside, Sheet, apart};
 use super::{BorderOptions, BorderPoint, Straight};
 use crate::extract::SurfaceCurve;
 use crate::visibility::{RayScratch, Subject};
@@ -200,7 +200,24 @@ impl Border<'_> {
                 break;
             }
         }
-        best.map(|b| b.1)
+        best.map(|b| b.1).or_else(|| self.uv_along_others(p, before.uv).filter(|_| last))
+    }
+
+    /// Parameters of the surface at a place by the other curves of the edge, if it has their line: the silhouette of one patch
+    /// leaves the join with the next, and that one is met beside it no more, though it is still one place.
+    fn uv_along_others(&self, p: DVec3, before: DVec2) -> Option<DVec2> {
+        let (subject, surface) = (self.subject, self.beside.surface);
+        let g = &subject.geometry;
+        let on = |(index, places): &(usize, Vec<(f64, DVec3)>)| {
+            let curve = &subject.curves[*index];
+            let point = |t: f64| curve.point(g, t).truncate();
+            let near = places.windows(2).map(|w| nearest(point, p.truncate(), [w[0].0, w[1].0], 0.0));
+            let t = near.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+            let side = curve.sides.iter().find(|&&s| subject.stitching.sides[s].path.surface() == surface);
+            let sheet = if curve.surface == surface { Some(Sheet::Path) } else { side.map(|&s| Sheet::Side(s)) };
+            sheet.map(|sheet| sheet.uv(subject, curve, t, curve.point(g, t), Some(before)))
+        };
+        self.edge.others.iter().find_map(on)
     }
 
     /// Angle between the normals at two places, radians; 0 where one has none.
