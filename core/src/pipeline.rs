@@ -29,7 +29,7 @@ use crate::stitch::{SMOOTH_ANGLE, STITCH, StitchOptions, Stitching};
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{Stroke, chain, flatten};
 use crate::view::{Camera, ViewError, ViewScene};
-use crate::visibility::{Method, Sighting, VisibilityStats, halo};
+use crate::visibility::{ClassifyOptions, Method, Sighting, Subject, VisibilityStats, halo};
 use crate::visible::{BorderOptions, Straight, VisibleRegions, visible_regions};
 use picture::{Counts, Picture, tolerance};
 
@@ -427,23 +427,37 @@ impl Prepared {
         let stops = || monitor.stops();
         let stop = Stop::when(&stops);
         monitor.begin(Stage::Extract);
-        let (g, size) = (self.geometry(), self.view.size());
+        let size = self.view.size();
         let curves = self.bordering(stop);
         stop.check()?;
-        let chaining = ChainOptions { gap: STITCH * size, angle: self.options.smooth_angle };
-        let chains = silhouette_chains(&g, &self.stitching, &curves, chaining);
-        let arcs = Arcs::new(&curves, &g, FIT * size, true, stop);
-        stop.check()?;
-        let options = DrawOptions { deepest: 0, ..self.options };
-        let picture = Picture { geometry: g, curves: &curves, chains: &chains, options: &options, ..self.picture() };
-        let split = picture.split(arcs.with(&curves, g), monitor)?;
         let border = BorderOptions { tolerance, normal_angle, contact: 2.0 * STITCH * size, straight };
-        let found = picture.seen(split, monitor, |subject, sightings, _| {
+        let found = self.seen_instead(&curves, monitor, |subject, sightings, asking| {
             monitor.begin(Stage::Stroke);
-            visible_regions(subject, &sightings, &picture.classifying(), border)
+            visible_regions(subject, &sightings, asking, border)
         })?;
         stop.check()?;
         Ok(found)
+    }
+
+    /// Splits other curves than those of the drawing, among them all that hide anything, decides what is visible of them, and hands it on with
+    /// how that was asked for.
+    fn seen_instead<T>(
+        &self,
+        curves: &[SurfaceCurve],
+        monitor: &dyn Monitor,
+        then: impl FnOnce(&Subject<'_>, Vec<Sighting>, &ClassifyOptions) -> T,
+    ) -> Result<T, Stopped> {
+        let stops = || monitor.stops();
+        let stop = Stop::when(&stops);
+        let (g, size) = (self.geometry(), self.view.size());
+        let chaining = ChainOptions { gap: STITCH * size, angle: self.options.smooth_angle };
+        let chains = silhouette_chains(&g, &self.stitching, curves, chaining);
+        let arcs = Arcs::new(curves, &g, FIT * size, true, stop);
+        stop.check()?;
+        let options = DrawOptions { deepest: 0, ..self.options };
+        let picture = Picture { geometry: g, curves, chains: &chains, options: &options, ..self.picture() };
+        let split = picture.split(arcs.with(curves, g), monitor)?;
+        picture.seen(split, monitor, |subject, sightings, _| then(subject, sightings, &picture.classifying()))
     }
 
     /// All curves that can border a visible region, inked: those that there are whatever is wanted, smooth joins, and sections.

@@ -3,12 +3,9 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::picture::Picture;
-use super::{DrawOptions, FIT, Monitor, Prepared, Stage};
-use crate::arrange::Arcs;
+use super::{Monitor, Prepared, Stage};
 use crate::extract::SurfaceCurve;
 use crate::extract::adaptive::{AdaptiveOptions, adaptive_curves, cover};
-use crate::extract::chain::{ChainOptions, silhouette_chains};
 use crate::stitch::STITCH;
 use crate::stop::{Stop, Stopped};
 use crate::stroke::{Stroke, chain, flatten};
@@ -57,14 +54,7 @@ impl Prepared {
             stop.check()?;
             curves.extend(adaptive_curves(&g, &found).into_iter().map(|curve| SurfaceCurve { level: number, ..curve }));
         }
-        let chaining = ChainOptions { gap: STITCH * size, angle: self.options.smooth_angle };
-        let chains = silhouette_chains(&g, &self.stitching, &curves, chaining);
-        let arcs = Arcs::new(&curves, &g, FIT * size, true, stop);
-        stop.check()?;
-        let options = DrawOptions { deepest: 0, ..self.options };
-        let picture = Picture { geometry: g, curves: &curves, chains: &chains, options: &options, ..self.picture() };
-        let split = picture.split(arcs.with(&curves, g), monitor)?;
-        let mut sightings = picture.seen(split, monitor, |_, sightings, _| sightings)?;
+        let mut sightings = self.seen_instead(&curves, monitor, |_, sightings, _| sightings)?;
         monitor.begin(Stage::Stroke);
         sightings.retain(|s| s.qi == 0);
         let strokes = flatten(&g, &curves, &sightings, tolerance, stop);
@@ -85,7 +75,9 @@ impl Prepared {
 mod tests {
     use glam::DVec3;
 
+    use super::super::{DrawOptions, FIT};
     use super::*;
+    use crate::arrange::Arcs;
     use crate::extract::CurveKind;
     use crate::extract::adaptive::{Direction, Spacing};
     use crate::scene::{Scene, SceneSurface};
