@@ -109,19 +109,8 @@ mod tests {
 
     use super::super::area::Loop;
     use super::super::hatch::hatch;
+    use super::super::testing::{corner, distance, winds};
     use super::*;
-
-    fn distance(p: DVec2, [a, b]: [DVec2; 2]) -> f64 {
-        let d = b - a;
-        let share = if d.length_squared() > 0.0 { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
-        p.distance(a + share * d)
-    }
-
-    /// Whether a point is inside by the turns that the sides make as seen from it.
-    fn winds(p: DVec2, loops: &[Loop]) -> bool {
-        let turns: f64 = loops.iter().flat_map(Loop::sides).map(|([a, b], _)| (a - p).angle_to(b - p)).sum();
-        (turns / std::f64::consts::TAU).round() != 0.0
-    }
 
     #[test]
     fn a_line_keeps_its_gap_from_a_segment_across_and_beyond_its_end() {
@@ -138,13 +127,6 @@ mod tests {
         let tip = capsule([DVec2::ZERO, DVec2::new(0.0, -4.0)], 1.0, 0.6).unwrap();
         assert!((tip[0] + 0.8).abs() < 1e-12 && (tip[1] - 0.8).abs() < 1e-12, "{tip:?}");
         assert_eq!(left.iter().find(|r| r.line == 0).map(|r| r.joins), Some([true, false]));
-    }
-
-    /// A corner of a polygon, mostly on the grid of the hatching, so that its sides run along lines and corners lie on them.
-    fn corner() -> impl Strategy<Value = DVec2> {
-        let planted = (0..=12i32, 0..=12i32).prop_map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)));
-        let any = (0.0..12.0, 0.0..12.0).prop_map(|(x, y)| DVec2::new(x, y));
-        prop_oneof![3 => planted, 1 => any]
     }
 
     proptest! {

@@ -92,13 +92,8 @@ impl Outlines {
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::testing::distance;
     use super::*;
-
-    fn distance(p: DVec2, [a, b]: [DVec2; 2]) -> f64 {
-        let d = b - a;
-        let share = if d.length_squared() > 0.0 { ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
-        p.distance(a + share * d)
-    }
 
     #[test]
     fn a_line_is_left_but_for_what_is_near_a_wall() {

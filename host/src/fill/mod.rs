@@ -27,6 +27,8 @@ mod keep;
 mod offset;
 mod placed;
 mod shaded;
+#[cfg(test)]
+mod testing;
 mod tone;
 
 pub use area::{Area, Loop};
