@@ -87,7 +87,7 @@ impl Shapes {
     #[must_use]
     pub fn summary(&self) -> String {
         let loops: usize = self.shapes.iter().map(|s| s.loops.len()).sum();
-        let area: f64 = self.shapes.iter().map(|s| s.area_mm2).sum();
+        let area = self.shapes.iter().fold(0.0, |sum, shape| sum + shape.area_mm2);
         let undecided = match self.undecided.len() {
             0 => "none undecided".to_owned(),
             n => format!("{n} places undecided, listed in the .json"),

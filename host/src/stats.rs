@@ -239,7 +239,8 @@ impl Stats {
         let estimate = Estimate::new(drawing, device);
         let strokes = StrokeStats {
             count: drawing.polylines.len() as u64,
-            ink_mm: estimate.layers.iter().map(|layer| layer.ink_mm).sum(),
+            // The sum of no numbers would be −0.
+            ink_mm: estimate.layers.iter().fold(0.0, |sum, layer| sum + layer.ink_mm),
             travel_mm: estimate.travel_mm(),
             lifts: estimate.layers.iter().map(|layer| layer.lifts).sum(),
             points: drawing.polylines.iter().map(|p| p.page.len() as u64).sum(),
@@ -400,6 +401,13 @@ mod tests {
         let listed = &json["silhouette"]["undecided_places"][4];
         let expected = r#"{"surface":7,"u":[0.0,0.5],"v":[0.25,1.0],"at":[1.0,-0.25,1e-7],"size":3e-9}"#;
         assert_eq!(*listed, serde_json::from_str::<serde_json::Value>(expected).unwrap());
+    }
+
+    #[test]
+    fn an_empty_drawing_has_no_ink_and_not_minus_none() {
+        let empty = drawing(297.0, 210.0, Vec::new());
+        let stats = Stats::new(&pipeline::Stats::default(), Seconds::default(), &empty, &find("penvis").unwrap());
+        assert!(crate::compute::summary("none", &stats).starts_with("none: 0 strokes, 0 mm of ink, 0 mm of travel"));
     }
 
     #[test]

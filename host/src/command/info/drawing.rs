@@ -71,7 +71,7 @@ impl DrawingFacts {
             page: [drawing.page.width_mm, drawing.page.height_mm],
             strokes: drawing.polylines.len(),
             points: drawing.polylines.iter().map(|p| p.page.len()).sum(),
-            ink_mm: layers.iter().map(|layer| layer.ink_mm).sum(),
+            ink_mm: layers.iter().fold(0.0, |sum, layer| sum + layer.ink_mm),
             extent_mm: drawing.extent().map(|ends| ends.map(|end| end.to_array())),
             layers,
             notes,
