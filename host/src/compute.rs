@@ -1,5 +1,6 @@
 //! From options to a drawing: reads the models, runs the core, lays the strokes out.
 
+mod doubts;
 mod filled;
 
 use std::f64::consts::PI;
@@ -210,6 +211,7 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
         return Err(Error::Shadows);
     }
     let (mut regions, mut shadows) = (None, None);
+    let mut notes = filled::notes(&prepared, &settled);
     if with_regions || is_filled {
         // Fills ask nothing of the normals of borders.
         let normal_angle = if with_regions { NORMAL_ANGLE } else { PI };
@@ -225,17 +227,19 @@ pub fn compute(loaded: Loaded<'_>) -> Result<Computed, Error> {
                 ShadowError::Picture(e) => watch.reason(e),
                 ShadowError::Light(e) => e.into(),
             })?;
-            shadows = Some(ShadowShapes::new(&cast, &scene, &layout));
+            let shapes = ShadowShapes::new(&cast, &scene, &layout);
+            notes.extend(doubts::of_shadows(&shapes));
+            shadows = Some(shapes);
         }
         if is_filled {
             let dark = shadows.as_ref().map(ShadowShapes::areas);
             let (prepared, regions, shadows, layout) = (&prepared, &found, dark.as_deref(), &layout);
             let filled = filled::Filled { prepared, regions, shadows, settled: &settled, layout, tolerance };
             polylines.extend(filled::fills(&filled, &polylines, &watch)?);
+            notes.extend(doubts::of_fills(regions, &settled, layout));
         }
         regions = with_regions.then(|| Shapes::new(&found, &scene, &layout, settled.page));
     }
-    let notes = filled::notes(&prepared, &settled);
     let mut seconds = watch.finish();
 
     progress.stage("ordering");

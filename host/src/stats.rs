@@ -337,10 +337,10 @@ impl Stats {
     }
 }
 
-/// What is undecided at places in model space, and what is known of the first of them.
-fn warning(what: &str, places: &[([f64; 3], String)]) -> String {
+/// What is undecided at places, and what is known of the first of them.
+pub(crate) fn warning<const N: usize>(what: &str, places: &[([f64; N], String)]) -> String {
     const SHOWN: usize = 3;
-    let place = |(at, about): &([f64; 3], String)| format!("({}) ({about})", at.map(short).join(", "));
+    let place = |(at, about): &([f64; N], String)| format!("({}) ({about})", at.map(short).join(", "));
     let shown: Vec<_> = places.iter().take(SHOWN).map(place).collect();
     let count = match places.len() {
         1 => "1 place".to_owned(),

@@ -86,15 +86,10 @@ impl ShadowShapes {
         self.shapes.iter().map(area).collect()
     }
 
-    /// The line that says what they are: surfaces, area, and what is undecided.
+    /// The line that says what they are: surfaces and area.
     #[must_use]
     pub fn summary(&self) -> String {
-        // The sum of nothing is minus zero.
-        let area = 0.0 + self.shapes.iter().map(|s| s.area_mm2).sum::<f64>();
-        let undecided = match self.undecided.len() {
-            0 => "none undecided".to_owned(),
-            n => format!("{n} places of their borders undecided"),
-        };
-        format!("shadows: {} surfaces, {area:.0} mm², {undecided}", self.shapes.len())
+        let area = self.shapes.iter().fold(0.0, |sum, shape| sum + shape.area_mm2);
+        format!("shadows: {} surfaces, {area:.0} mm²", self.shapes.len())
     }
 }
