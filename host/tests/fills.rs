@@ -209,6 +209,31 @@ fn there_is_as_much_ink_as_it_is_dark() {
 }
 
 #[test]
+fn flat_faces_have_their_lines_equally_far_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("box.toml"), "[[object]]\nbox = { size = [3, 2, 1] }\nsurface.top = { pen = 2 }\n").unwrap();
+    let words = "box.toml --width 160mm --fill hatch --fill-pitch 0.5 --fill-gap 0 --fill-angle 0 --light 2,0.3,1";
+    let top = |drawn: Drawn| -> Vec<f64> {
+        let own = drawn.0.into_iter().filter(|(kind, pen, _)| kind == "hatch" && *pen == 2);
+        let mut heights: Vec<f64> = own.map(|(.., page)| page[0].y).collect();
+        heights.sort_by(f64::total_cmp);
+        heights
+    };
+    let whole = top(drawn(folder, words));
+    for shade in ["lambert", "0.37"] {
+        let heights = top(drawn(folder, &format!("{words} --shade {shade}")));
+        let pitch = heights[1] - heights[0];
+        assert!(heights.windows(2).all(|w| (w[1] - w[0] - pitch).abs() < 1e-6), "{shade}: {heights:?}");
+        let share = heights.len() as f64 / whole.len() as f64;
+        assert!(pitch > 0.6 && (share * pitch - 0.5).abs() < 0.02 * pitch, "{shade}: {pitch}, {share}");
+    }
+    // In the shadow of nothing the lines are the same.
+    let shadows = top(drawn(folder, &format!("{words} --shade lambert --shadows")));
+    assert_eq!(shadows.len(), top(drawn(folder, &format!("{words} --shade lambert"))).len());
+}
+
+#[test]
 fn fills_keep_their_gap_from_all_outlines_of_models() {
     let folder = tempfile::tempdir().unwrap();
     let gap = 0.4;

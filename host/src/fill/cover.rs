@@ -1,5 +1,7 @@
 //! The fills of a picture: visible regions covered, each with its fill, and the lines that go on over smooth joins made one.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3};
 use penvis_core::extract::adaptive::Tone;
 use penvis_core::probe::{Probe, Shading};
@@ -13,7 +15,7 @@ use super::hatch::{Grid, Run, hatch};
 use super::offset::OffsetError;
 use super::placed;
 use super::tone::{darker, threshold};
-use super::{Area, Fill, FillKind};
+use super::{Area, Fill, FillKind, even};
 use crate::page::Layout;
 
 /// Lines shorter than this share of the pitch are left out: a pen makes dots of them. More is left out where a tone lets lines end
@@ -96,20 +98,21 @@ pub fn cover(
         }
         for set in sets(fill) {
             let gap = Gap::new(&set.grid, outlines.iter().copied(), fill.gap_mm);
-            let cover = |area: &&Area| {
-                if stops() {
-                    return Vec::new();
-                }
-                let runs = gap.clear(&hatch(&area.loops, &set.grid));
-                let runs = shaded(&runs, area.surface, fill, &set, shading.as_ref(), canvas);
-                runs.into_iter().map(|run| Stretch { run, surfaces: [area.surface; 2] }).collect()
-            };
-            let stretches: Vec<Vec<Stretch>> = own.par_iter().map(cover).collect();
-            let joined = join(stretches.into_iter().flatten().collect(), 2.0 * canvas.tolerance_mm);
+            let covering = Covering { fill, set: &set, gap: &gap, outlines, shading: shading.as_ref(), canvas };
+            let found: Vec<Vec<(Grid, Stretch)>> =
+                own.par_iter().map(|area| if stops() { Vec::new() } else { covering.stretches(area) }).collect();
+            // Lines go on in one grid only.
+            let mut by_pitch: BTreeMap<u64, (Grid, Vec<Stretch>)> = BTreeMap::new();
+            for (grid, stretch) in found.into_iter().flatten() {
+                by_pitch.entry(grid.pitch_mm().to_bits()).or_insert((grid, Vec::new())).1.push(stretch);
+            }
             let shortest = fill.pitch_mm * if shading.is_some() { SHORTEST_TONED } else { SHORTEST };
-            let found = joined.par_iter().filter(|s| s.run.length_mm() >= shortest && !stops());
-            let found = found.map_init(RayScratch::new, |scratch, s| line(s, &set.grid, fill.pen, canvas, scratch));
-            lines.extend(found.collect::<Vec<_>>().into_iter().flatten());
+            for (grid, stretches) in by_pitch.into_values() {
+                let joined = join(stretches, 2.0 * canvas.tolerance_mm);
+                let found = joined.par_iter().filter(|s| s.run.length_mm() >= shortest && !stops());
+                let found = found.map_init(RayScratch::new, |scratch, s| line(s, &grid, fill.pen, canvas, scratch));
+                lines.extend(found.collect::<Vec<_>>().into_iter().flatten());
+            }
         }
     }
     Ok(lines)
@@ -125,42 +128,98 @@ fn sets(fill: &Fill) -> Vec<Set> {
     }
 }
 
-/// The parts of runs that are drawn: those in shadow, and of the others those where it is dark enough for their lines, in no order.
-fn shaded(
-    runs: &[Run],
-    surface: usize,
-    fill: &Fill,
-    set: &Set,
-    shading: Option<&Shading<'_>>,
-    canvas: &Canvas<'_>,
-) -> Vec<Run> {
-    let toned = |runs: &[Run]| shading.map(|shading| toned(runs, surface, fill, set, shading, canvas));
-    let Some(shadows) = canvas.shadows else { return toned(runs).unwrap_or_else(|| runs.to_vec()) };
-    let own = shadows.iter().filter(|area| area.surface == surface).flat_map(|area| area.loops.iter().cloned());
-    let dark = in_shadow(&own.collect::<Vec<_>>(), &set.grid, 2.0 * canvas.tolerance_mm);
-    let [mut drawn, lit] = divide(runs, &dark, 2.0 * canvas.tolerance_mm);
-    drawn.extend(toned(&lit).unwrap_or_default());
-    drawn
+/// One set of lines, and what they cover.
+struct Covering<'a> {
+    fill: &'a Fill,
+    set: &'a Set,
+    /// The gap of the set's grid to the outlines.
+    gap: &'a Gap,
+    outlines: &'a [&'a [DVec2]],
+    shading: Option<&'a Shading<'a>>,
+    canvas: &'a Canvas<'a>,
 }
 
-/// The parts of runs where it is dark enough for their lines.
-fn toned(runs: &[Run], surface: usize, fill: &Fill, set: &Set, shading: &Shading<'_>, canvas: &Canvas<'_>) -> Vec<Run> {
-    let mut scratch = RayScratch::new();
-    let [light, dark] = set.darkness;
-    let steps = [LOOK * fill.pitch_mm, canvas.tolerance_mm];
-    let parts = runs.iter().flat_map(|run| {
-        let mut darkness = |along: f64| {
-            let screen = canvas.layout.to_screen(set.grid.place(run.line, along));
-            let place = canvas.probe.place(surface, screen, &mut scratch)?;
-            Some((shading.darkness(surface, place.uv) - light) / (dark - light))
-        };
-        let parts = darker(run.along, threshold(run.line), steps, &mut darkness);
-        parts.into_iter().map(|along| {
-            let whole = [0, 1].map(|k| run.joins[k] && along[k] == run.along[k]);
-            Run { along, joins: whole, ..*run }
-        })
-    });
-    parts.collect()
+impl Covering<'_> {
+    /// The lines on an area, each with the grid that it is of, in no order.
+    fn stretches(&self, area: &Area) -> Vec<(Grid, Stretch)> {
+        let grid = self.set.grid;
+        let [shadow, light] = self.divided(area, &grid, self.gap);
+        let mut out: Vec<(Grid, Run)> = Vec::new();
+        let mut add = |grid: Grid, runs: Vec<Run>| out.extend(runs.into_iter().map(|run| (grid, run)));
+        match (self.shading, self.one_tone(area, &light)) {
+            (None, _) if self.canvas.shadows.is_some() => {}
+            (None, _) => add(grid, light),
+            (Some(_), Some(share)) if share <= 0.0 => {}
+            (Some(_), Some(share)) if share < 1.0 => {
+                let spread = grid.spread(share);
+                let near = even::beside(area, self.outlines, self.fill.gap_mm);
+                let [_, light] = self.divided(area, &spread, &Gap::new(&spread, near, self.fill.gap_mm));
+                add(spread, light);
+            }
+            (Some(_), Some(_)) => add(grid, light),
+            (Some(shading), None) => add(grid, self.toned(area, &light, shading)),
+        }
+        add(grid, shadow);
+        let surfaces = [area.surface; 2];
+        out.into_iter().map(|(grid, run)| (grid, Stretch { run, surfaces })).collect()
+    }
+
+    /// The parts of a grid's lines on an area in shadow, and those in the light. Where shadows do not matter all is in the light.
+    fn divided(&self, area: &Area, grid: &Grid, gap: &Gap) -> [Vec<Run>; 2] {
+        let runs = gap.clear(&hatch(&area.loops, grid));
+        let Some(shadows) = self.canvas.shadows else { return [Vec::new(), runs] };
+        let own = shadows.iter().filter(|s| s.surface == area.surface).flat_map(|s| s.loops.iter().cloned());
+        let apart = 2.0 * self.canvas.tolerance_mm;
+        divide(&runs, &in_shadow(&own.collect::<Vec<_>>(), grid, apart), apart)
+    }
+
+    /// The share of the lines that is drawn, if it is one for the whole area: 0 and less for none of them, 1 and more for all.
+    fn one_tone(&self, area: &Area, runs: &[Run]) -> Option<f64> {
+        let shading = self.shading?;
+        if let Some(Tone::Flat(dark)) = self.canvas.tone {
+            return Some(self.share(dark));
+        }
+        if even::goes_on(area) {
+            return None;
+        }
+        let mut scratch = RayScratch::new();
+        let mut look = |run: &Run, along: f64| self.look(area.surface, run.line, along, shading, &mut scratch);
+        even::darkness(runs, LOOK * self.fill.pitch_mm, &mut look)
+    }
+
+    /// The parts of runs where it is dark enough for their lines.
+    fn toned(&self, area: &Area, runs: &[Run], shading: &Shading<'_>) -> Vec<Run> {
+        let mut scratch = RayScratch::new();
+        let steps = [LOOK * self.fill.pitch_mm, self.canvas.tolerance_mm];
+        let parts = runs.iter().flat_map(|run| {
+            let mut look = |along: f64| self.look(area.surface, run.line, along, shading, &mut scratch);
+            let parts = darker(run.along, threshold(run.line), steps, &mut look);
+            parts.into_iter().map(|along| {
+                let whole = [0, 1].map(|k| run.joins[k] && along[k] == run.along[k]);
+                Run { along, joins: whole, ..*run }
+            })
+        });
+        parts.collect()
+    }
+
+    /// How much of the set's ink is wanted at a place of a line: none from 0 down, all from 1 up.
+    fn look(
+        &self,
+        surface: usize,
+        line: i64,
+        along: f64,
+        shading: &Shading<'_>,
+        scratch: &mut RayScratch,
+    ) -> Option<f64> {
+        let screen = self.canvas.layout.to_screen(self.set.grid.place(line, along));
+        let place = self.canvas.probe.place(surface, screen, scratch)?;
+        Some(self.share(shading.darkness(surface, place.uv)))
+    }
+
+    fn share(&self, darkness: f64) -> f64 {
+        let [light, dark] = self.set.darkness;
+        (darkness - light) / (dark - light)
+    }
 }
 
 /// Makes one of stretches of a line that meet at a smooth join, where the polygons of the two sides may be so far apart.

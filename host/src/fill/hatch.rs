@@ -57,6 +57,16 @@ impl Grid {
         Self { along, pitch_mm }
     }
 
+    /// Its lines farther apart, so that of their ink there is only a share, more than 0.
+    pub(super) fn spread(&self, share: f64) -> Self {
+        Self { pitch_mm: self.pitch_mm / share, ..*self }
+    }
+
+    /// Distance of neighbours in mm.
+    pub(super) fn pitch_mm(&self) -> f64 {
+        self.pitch_mm
+    }
+
     /// A place in the frame of the grid: along the lines, and across.
     #[must_use]
     pub fn frame(&self, p: DVec2) -> DVec2 {
@@ -181,7 +191,7 @@ mod tests {
     #[test]
     fn a_place_is_found_again_at_any_angle() {
         for degrees in [0.0, 30.0, 45.0, 90.0, 123.0, -20.0] {
-            let grid = Grid::new(degrees, 0.7);
+            let grid = Grid::new(degrees, 0.35).spread(0.5);
             let p = grid.place(17, 3.25);
             assert!((grid.frame(p) - DVec2::new(3.25, 17.0 * 0.7)).length() < 1e-12, "{degrees}");
         }

@@ -9,6 +9,7 @@
 //! | `offset` | shapes kept away from lines, and made smaller |
 //! | `iso` | isocurves inside shapes |
 //! | `clear`, `keep` | the gap that parallel lines, and others, keep to outlines |
+//! | `even` | lines as far apart as it is light, where that is one all over |
 //! | `tone` | lines that end where it is light |
 //! | `along`, `placed` | lines of many vertices, and the places under them |
 //! | `dark`, `shaded` | runs, and polylines, divided by shadows |
@@ -21,6 +22,7 @@ mod clear;
 mod contour;
 mod cover;
 mod dark;
+mod even;
 mod hatch;
 mod iso;
 mod keep;
