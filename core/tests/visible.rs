@@ -196,6 +196,38 @@ fn visible_regions_end_where_surfaces_pierce_each_other() {
     assert!(regions.regions.iter().all(|r| kinds(r, CurveKind::Section)));
 }
 
+/// Where a border of a sheet pierces a sphere beside its silhouette, and leaves over this: at a distance of a hundredth of what counts as one
+/// place to a hundred times as much, and at several angles. Silhouette, border and section then meet in a triangle as narrow.
+#[test]
+fn a_border_may_pierce_a_surface_right_beside_its_silhouette() {
+    let height = 0.3;
+    // Integral of the root of r² − s².
+    let under = |r: f64, s: f64| {
+        let s = s.clamp(-r, r);
+        0.5 * (s * (r * r - s * s).max(0.0).sqrt() + r * r * (s / r).asin())
+    };
+    for middle in [-0.9, -0.6, 0.0, 0.6, 0.9] {
+        let ball = sphere(&Frame::along(DVec3::Y * middle, DVec3::new(0.3, 0.5, 0.2)).unwrap(), 1.0).unwrap();
+        for step in -20..=20 {
+            let inside = 8e-6 * 10_f64.powf(0.1 * f64::from(step));
+            let h = (1.0 - (1.0 - inside).powi(2)).sqrt();
+            let sheet = plane(DVec3::Z * h, 2.0 * DVec3::X, height * (DVec3::Y + DVec3::Z)).unwrap();
+            let regions = seen(&[ball.clone(), sheet], &along([0.0, 0.0, 1.0]));
+            // In the sphere is what has x² + (y − m)² + (y + h)² < 1, which is x² + 2 (y − n)² < r².
+            let (n, root) = (0.5 * (middle - h), 2_f64.sqrt());
+            let r = (1.0 - middle * middle - h * h + 2.0 * n * n).sqrt();
+            let hidden = (under(r, root * (height - n)) - under(r, -root * n)) / root;
+            let before = under(1.0, height - middle) - under(1.0, -middle);
+            let areas: Vec<f64> = regions.regions.iter().map(VisibleRegion::area).collect();
+            let expected = [PI - (before - hidden), 2.0 * height - hidden];
+            assert_eq!(areas.len(), 2, "{middle}, {inside}");
+            for (got, expected) in areas.iter().zip(expected) {
+                assert!((got - expected).abs() <= 1e-3, "{middle}, {inside}: {got} is not {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn visible_areas_do_not_depend_on_the_description() {
     let ball = sphere(&Frame::at(DVec3::new(2.6, 0.4, 0.3)).unwrap(), 1.3).unwrap();

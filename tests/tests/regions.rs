@@ -27,9 +27,9 @@ fn views(own: View) -> [View; 6] {
     ]
 }
 
-/// Places at which a border may be undecided, in one view and in all: at a cusp, and where a silhouette runs along a join of surfaces, a
-/// piece may be so short, and sheets so near, that an edge is not found. Loops go straight over such gaps.
-const UNDECIDED: [usize; 2] = [9, 25];
+/// Places at which a border may be undecided, in one view and in all: at a cusp of the teapot's own view, where a silhouette ends, the surface
+/// behind it is not met exactly at its end. The loop goes straight over the gap.
+const UNDECIDED: [usize; 2] = [1, 1];
 
 #[test]
 fn every_pixel_is_in_the_region_of_the_surface_that_is_painted_into_it() {
@@ -68,6 +68,8 @@ fn regions_add_up_to_what_the_scene_covers() {
         ("rook", [9, 10, 11]),
         ("vase", [0, 12, 19]),
         ("torus", [0, 11, 19]),
+        // In the last one the edge of a wing pierces the body right beside its silhouette.
+        ("missile", [0, 5, 16]),
     ];
     for (name, k) in views.into_iter().flat_map(|(name, k)| k.map(|k| (name, k))) {
         let model = builtin::load(name).expect("a built-in model");

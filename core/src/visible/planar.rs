@@ -254,6 +254,9 @@ pub(super) fn nearest(point: impl Fn(f64) -> DVec2, q: DVec2, [mut a, mut b]: [f
     (t, d.length())
 }
 
+/// In contact tolerances, how long an edge has to be that comes back to its vertex, or that several curves are.
+const SHORTEST: f64 = 4.0;
+
 /// The edges between the nodes of the parts.
 fn edges(subject: &Subject<'_>, parts: Vec<Part>, mut nodes: Nodes, contact: f64, count: usize) -> Map {
     let g = &subject.geometry;
@@ -275,13 +278,14 @@ fn edges(subject: &Subject<'_>, parts: Vec<Part>, mut nodes: Nodes, contact: f64
                 places.insert(1, (middle, curve.point(g, middle)));
             }
             let edge = Edge { curve: part.curve, ends, places, others: Vec::new() };
-            if ends[0] == ends[1] && edge.length() <= 4.0 * contact {
+            if ends[0] == ends[1] && edge.length() <= SHORTEST * contact {
                 continue;
             }
             map.edges.push(edge);
         }
     }
     drop_doubled(subject, &mut map.edges, contact);
+    contract_short(&mut map.edges, &mut nodes, contact);
     for edge in &mut map.edges {
         for end in &mut edge.ends {
             if number[*end] == usize::MAX {
@@ -326,6 +330,19 @@ fn drop_doubled(subject: &Subject<'_>, edges: &mut Vec<Edge>, contact: f64) {
     }
     let mut dropped = dropped.into_iter();
     edges.retain(|_| !dropped.next().unwrap_or(false));
+}
+
+/// Makes one vertex of the ends of an edge that several curves are, if it is hardly longer than their lines may be apart: where three of them meet
+/// in a triangle so narrow that two of its corners lie on the opposite sides, nothing can be told beside it that is not beyond its ends.
+fn contract_short(edges: &mut Vec<Edge>, nodes: &mut Nodes, contact: f64) {
+    let shortest = SHORTEST * contact;
+    for edge in edges.iter().filter(|e| !e.others.is_empty() && e.length() <= shortest) {
+        nodes.same.join(edge.ends[0], edge.ends[1]);
+    }
+    for edge in edges.iter_mut() {
+        edge.ends = edge.ends.map(|end| nodes.same.root(end));
+    }
+    edges.retain(|e| e.ends[0] != e.ends[1] || e.length() > shortest);
 }
 
 /// Whether all of an edge lies within `contact` of another one.
