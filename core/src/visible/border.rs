@@ -9,6 +9,7 @@ use alloc::vec::Vec;
 use glam::{DVec2, DVec3};
 
 use super::planar::{Edge, nearest};
+use super::sheets::goes_straight_on;
 use super::sides::{Beside, Sheet, apart};
 use super::{BorderOptions, BorderPoint, Straight};
 use crate::extract::SurfaceCurve;
@@ -185,22 +186,46 @@ impl Border<'_> {
             return Some(sheet.uv(subject, self.curve(), t, p, Some(before.uv)));
         }
         let (q, inwards) = (p.truncate(), before.p.truncate());
-        let left = self.curve().jet(&subject.geometry, t).1.truncate().normalize_or_zero().perp();
-        let aside = if self.right { -left } else { left } * self.options.contact;
-        let aside = |allowed: bool| ASIDE.iter().filter(move |_| allowed).map(move |f| q + aside * *f);
         let inwards = INWARDS.iter().filter(|_| last).map(|f| q + (inwards - q) * *f);
         let places = &self.edge.places;
         let is_end = [places.first(), places.last()].into_iter().flatten().any(|end| end.0 == t);
-        let mut best: Option<(f64, DVec2)> = None;
+        let aside = self.aside((t, q), before, is_end);
+        let aside = |allowed: bool| ASIDE.iter().filter(move |_| allowed).map(move |f| q + aside * *f);
+        let facing = facing(subject, surface, self.beside.uv);
+        let screen = subject.geometry.view.jet(surface, before.uv, [false; 2]).p.truncate();
+        let from = BorderPoint { screen, uv: before.uv };
+        let tolerance = self.options.tolerance + self.options.contact;
+        let goes_on = |screen, uv| goes_straight_on(subject, surface, [from, BorderPoint { screen, uv }], tolerance);
+        // Of the sheet that is followed, and, where it is not met, of any.
+        let mut best: [Option<(f64, DVec2)>; 2] = [None; 2];
         for q in core::iter::once(q).chain(aside(!is_end)).chain(inwards).chain(aside(is_end && last)) {
-            let hits = subject.occluders.hits(q, self.scratch).iter().filter(|h| h.surface == surface);
-            let near = hits.map(|h| (apart(subject, surface, h.uv, before.uv), h.uv));
-            best = near.chain(best).min_by(|a, b| a.0.total_cmp(&b.0));
-            if best.is_some_and(|b| b.0 <= WIDEST || !last) {
+            for hit in subject.occluders.hits(q, self.scratch).iter().filter(|h| h.surface == surface) {
+                let far = apart(subject, surface, hit.uv, before.uv);
+                let other = hit.grazing || self::facing(subject, surface, hit.uv) * facing < 0.0;
+                let best = &mut best[usize::from(other)];
+                if best.is_none_or(|b| far < b.0) {
+                    *best = Some((far, hit.uv));
+                }
+            }
+            if best[0].is_some_and(|b| !last || goes_on(q, b.1)) {
                 break;
             }
         }
-        best.map(|b| b.1).or_else(|| self.uv_along_others(p, before.uv).filter(|_| last))
+        let near = best[0].filter(|b| b.0 <= WIDEST).or(best[1].filter(|b| b.0 <= WIDEST)).or(best[0]).or(best[1]);
+        let near = near.map(|b| b.1).or_else(|| self.uv_along_others(p, before.uv).filter(|_| last));
+        // Where the surface itself ends hardly before the edge does: its end is one place with the edge's.
+        let is_one = is_end && last && before.p.truncate().distance(p.truncate()) <= self.options.contact;
+        near.or(Some(before.uv).filter(|_| is_one))
+    }
+
+    /// The step to the region's side of a place, as long as the contact tolerance.
+    fn aside(&self, (t, q): (f64, DVec2), before: Place, is_end: bool) -> DVec2 {
+        // At a cusp a silhouette has no direction on the screen but that of its chords.
+        let chord = (q - before.p.truncate()) * if t < before.t { -1.0 } else { 1.0 };
+        let chord = chord.try_normalize().filter(|_| is_end);
+        let along = || self.curve().jet(&self.subject.geometry, t).1.truncate().normalize_or_zero();
+        let left = chord.unwrap_or_else(along).perp();
+        self.options.contact * if self.right { -left } else { left }
     }
 
     /// Parameters of the surface at a place by the other curves of the edge, if it has their line: the silhouette of one patch
@@ -233,4 +258,11 @@ impl Border<'_> {
         let [p, q] = [a, b].map(|x| view.jet(self.beside.surface, x.uv, [false; 2]).p);
         p.distance(q)
     }
+}
+
+/// 1 where the parameters of a surface turn counter-clockwise on the screen, −1 where they turn clockwise, 0 where they do not turn. The two
+/// sheets of a fold differ in it, and all along an edge, which no fold of the sheet behind it ends inside of, it is the same.
+fn facing(subject: &Subject<'_>, surface: usize, uv: DVec2) -> f64 {
+    let z = subject.geometry.view.jet(surface, uv, [false; 2]).normal().z;
+    if z == 0.0 { 0.0 } else { z.signum() }
 }

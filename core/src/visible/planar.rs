@@ -109,7 +109,8 @@ pub(super) fn map(subject: &Subject<'_>, visible: &[Sighting], tolerance: f64, c
     edges(subject, parts, nodes, contact, count)
 }
 
-/// Makes vertices of the crossings between visible parts: where the curve that is cut ends, or goes on behind nothing.
+/// Makes vertices of the crossings between visible parts: where the curve that is cut ends, or goes on behind nothing; and of the places at
+/// which a curve meets the silhouette of its own surface, whether this is visible or not: there the sheet that ends in it changes sides.
 fn crossings(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, contact: f64) {
     let pieces = &subject.arrangement.pieces;
     let g = &subject.geometry;
@@ -120,6 +121,9 @@ fn crossings(subject: &Subject<'_>, parts: &mut [Part], nodes: &mut Nodes, conta
         let here = pieces[first..].iter().take_while(|p| p.curve == curve && p.t[0] <= end);
         for piece in here {
             let t = piece.t[0];
+            if piece.entered.contains(&Cut::Own) {
+                node_at(subject, &mut parts[k], t, nodes, contact);
+            }
             for cut in &piece.entered {
                 let Cut::Crossing { with, at, .. } = *cut else { continue };
                 let from = parts.partition_point(|p| p.curve < with);

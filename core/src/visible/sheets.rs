@@ -74,12 +74,24 @@ impl Sheets<'_> {
     /// Distance of two places of a border in the parameters, as a part of their range, if what lies between them there is seen
     /// elsewhere; else, as at a pole, and where they are one to the precision of the points, 0.
     fn gap(&self, a: &BorderPoint, b: &BorderPoint) -> f64 {
-        let seen = |uv: DVec2| self.subject.geometry.view.jet(self.surface, uv, [false; 2]).p.truncate();
-        let is_between = |share: f64| {
-            let (d, q) = (b.screen - a.screen, seen(a.uv + share * (b.uv - a.uv)) - a.screen);
-            let along = if d == DVec2::ZERO { 0.0 } else { (q.dot(d) / d.length_squared()).clamp(0.0, 1.0) };
-            q.distance(along * d) <= self.tolerance
-        };
-        if [0.25, 0.5, 0.75].into_iter().all(is_between) { 0.0 } else { apart(self.subject, self.surface, a.uv, b.uv) }
+        let on = goes_straight_on(self.subject, self.surface, [*a, *b], self.tolerance);
+        if on { 0.0 } else { apart(self.subject, self.surface, a.uv, b.uv) }
     }
+}
+
+/// Whether what lies between two places of a surface in the parameters is seen between them, within a tolerance on the screen: then
+/// they are on one sheet.
+pub(super) fn goes_straight_on(
+    subject: &Subject<'_>,
+    surface: usize,
+    [a, b]: [BorderPoint; 2],
+    tolerance: f64,
+) -> bool {
+    let seen = |uv: DVec2| subject.geometry.view.jet(surface, uv, [false; 2]).p.truncate();
+    let is_between = |share: f64| {
+        let (d, q) = (b.screen - a.screen, seen(a.uv + share * (b.uv - a.uv)) - a.screen);
+        let along = if d == DVec2::ZERO { 0.0 } else { (q.dot(d) / d.length_squared()).clamp(0.0, 1.0) };
+        q.distance(along * d) <= tolerance
+    };
+    [0.25, 0.5, 0.75].into_iter().all(is_between)
 }
