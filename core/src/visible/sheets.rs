@@ -10,6 +10,7 @@ use glam::DVec2;
 
 use super::sides::apart;
 use super::{BorderPoint, VisibleEdge, VisibleLoop};
+use crate::stroke::from_chord;
 use crate::visibility::Subject;
 
 /// What is left of the gaps of two borders in the parameters if they go on with their own sheets, at the most.
@@ -87,11 +88,10 @@ pub(super) fn goes_straight_on(
     [a, b]: [BorderPoint; 2],
     tolerance: f64,
 ) -> bool {
-    let seen = |uv: DVec2| subject.geometry.view.jet(surface, uv, [false; 2]).p.truncate();
+    let seen = |uv: DVec2| subject.geometry.view.jet(surface, uv, [false; 2]).p.truncate().extend(0.0);
     let is_between = |share: f64| {
-        let (d, q) = (b.screen - a.screen, seen(a.uv + share * (b.uv - a.uv)) - a.screen);
-        let along = if d == DVec2::ZERO { 0.0 } else { (q.dot(d) / d.length_squared()).clamp(0.0, 1.0) };
-        q.distance(along * d) <= tolerance
+        let q = seen(a.uv + share * (b.uv - a.uv));
+        from_chord(q, a.screen.extend(0.0), b.screen.extend(0.0)) <= tolerance
     };
     [0.25, 0.5, 0.75].into_iter().all(is_between)
 }
