@@ -41,8 +41,7 @@ pub(super) fn darkness(runs: &[Run], step: f64, darkness: &mut dyn FnMut(&Run, f
 pub(super) fn beside<'a>(area: &Area, lines: &[&'a [DVec2]], reach_mm: f64) -> impl Iterator<Item = &'a [DVec2]> {
     let corners = area.loops.iter().flat_map(|own| &own.points);
     let (low, high) = corners.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    let segments: Vec<&[DVec2]> = lines.iter().flat_map(|line| line.windows(2)).collect();
-    segments.into_iter().filter(move |w| {
+    lines.iter().flat_map(|line| line.windows(2)).filter(move |w| {
         let (l, h) = (w[0].min(w[1]), w[0].max(w[1]));
         (l - high).max(low - h).max_element() <= reach_mm
     })
